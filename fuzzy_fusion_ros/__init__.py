@@ -1,0 +1,1 @@
+"""Fuzzy fusion of a fast, inaccurate sensor with an accurate, slow one."""
