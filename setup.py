@@ -1,0 +1,115 @@
+"""Builds and installs the package, under colcon and under pip."""
+
+from pathlib import Path
+
+from setuptools import Distribution, find_packages, setup
+
+PACKAGE = "fuzzy_fusion_ros"
+
+EXECUTABLES = (
+    "demo",
+    "fusion_node",
+    "pendulum_node",
+    "replay",
+    "reproduce",
+    "score",
+    "sensor_subscriber",
+    "tune",
+)
+
+RUNTIME = [
+    "PyYAML",
+    "matplotlib>=3.6",
+    "mcap>=1.2,<2",
+    "numpy>=1.26",
+    "rosbags>=0.11.9,<0.12",
+    "scipy>=1.11",
+    "tqdm",
+]
+
+# ROS 2 Jazzy for machines without it. Pinned: these are the versions of one Jazzy sync, built
+# against each other; the next ones on the index need not be.
+ROS = [
+    "ros-jazzy-ament-index-python==1.8.1",
+    "ros-jazzy-common-interfaces==5.3.6",
+    "ros-jazzy-rclpy[fastrtps]==7.1.6",
+    "ros-jazzy-rmw-fastrtps-cpp==8.4.3",
+    "ros-jazzy-rosgraph-msgs==2.0.3",
+]
+
+TEST = [
+    "colcon-bash==0.5.0",  # pinned with colcon-ros
+    "colcon-ros==0.5.0",  # pinned: the build that the packaging tests were written against
+    "coverage>=7.10",  # measures child processes without help
+    "hypothesis",
+    "mypy==2.4.1",  # pinned: each release finds other things
+    "pytest>=8.2",
+    "pytest-timeout",
+    "ruff==0.17.6",  # pinned: each release formats a little differently
+    "setuptools>=65,<80",  # colcon needs `setup.py develop --editable`, gone in 80
+    "types-PyYAML",
+    "types-tqdm",
+    "wheel",
+]
+
+# What pip puts where `ros2 run` looks. The program itself, with the interpreter of its
+# environment in the first line, is in bin/ of the same prefix.
+LAUNCHER = """\
+#!/bin/sh
+exec "$(dirname "$(readlink -f "$0")")/../../bin/{executable}" "$@"
+"""
+
+
+class InstallData(Distribution().get_command_class("install_data")):
+    """Installs the data files, and lib/<package>/<executable> where nothing else does.
+
+    colcon has the executables themselves put there (setup.cfg); pip knows only bin/.
+    """
+
+    def run(self):
+        """Install the data files, then the launchers."""
+        super().run()
+        launchers = Path(self.install_dir, "lib", PACKAGE)
+        if launchers == Path(self.get_finalized_command("install").install_scripts):
+            return
+        launchers.mkdir(parents=True, exist_ok=True)
+        for executable in EXECUTABLES:
+            launcher = launchers / executable
+            launcher.write_text(LAUNCHER.format(executable=executable))
+            launcher.chmod(0o755)
+            self.outfiles.append(str(launcher))
+
+
+def share(folder):
+    """List the files under `folder` as data files that keep their places below share/."""
+    files = sorted(path for path in Path(folder).rglob("*") if path.is_file())
+    return [(str(Path("share", PACKAGE, path.parent)), [str(path)]) for path in files]
+
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    description=(
+        "Fuses a fast, noisy sensor with a slow, accurate one by fuzzy rules: live on topics, "
+        "offline on bags, with the scores of the filters one would use instead."
+    ),
+    maintainer="fuzzy_fusion_ros developers",
+    maintainer_email="maintainers@fuzzy-fusion-ros.invalid",
+    license="Apache-2.0",
+    python_requires=">=3.10",
+    packages=find_packages(exclude=["test", "test.*"]),
+    package_data={PACKAGE: ["py.typed"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+        *share("config"),
+        *share("bags"),
+    ],
+    entry_points={
+        "console_scripts": [f"{name} = {PACKAGE}.cli.{name}:main" for name in EXECUTABLES]
+    },
+    install_requires=RUNTIME,
+    extras_require={"ros": ROS, "speed": ["numba"], "test": TEST},
+    cmdclass={"install_data": InstallData},
+    zip_safe=False,
+)
