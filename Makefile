@@ -1,0 +1,75 @@
+# Every target sets up $(VENV) first, where that is due: see .ci/setup.
+PYTHON ?= python3
+VENV ?= .venv
+# Options for the executable behind a target: make demo ARGS="--seed 7"
+ARGS ?=
+
+RUN := .ci/with_venv $(VENV)
+
+.DEFAULT_GOAL := help
+# The parts of `test` have an order, and two of them at a time would disturb each other's timing.
+.NOTPARALLEL:
+
+.PHONY: help
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
+	@echo 'PYTHON=... picks the interpreter (3.10 or later), ARGS="..." goes to the executable.'
+
+.PHONY: venv
+venv: ## set up .venv: ROS 2 Jazzy, all that is needed here, and the package, editable
+	@.ci/setup '$(PYTHON)' '$(VENV)'
+
+.PHONY: demo
+demo: venv ## close the loop over DDS, record, replay, score, plot
+	@$(RUN) demo $(ARGS)
+
+.PHONY: reproduce
+reproduce: venv ## the paper's figures, and its claims as a table
+	@$(RUN) reproduce $(ARGS)
+
+.PHONY: bench
+bench: venv ## time the estimator, the node and the replay
+	@$(RUN) python test/bench.py $(ARGS)
+
+.PHONY: soak
+soak: venv ## run the nodes for long and watch memory, lag and losses
+	@$(RUN) python test/soak.py $(ARGS)
+
+.PHONY: test
+test: check-format check-lint check-types check-tests check-package ## all checks; what CI runs
+	@echo 'make test: format, lint, types, tests, coverage and packaging have run and passed'
+
+.PHONY: check-format
+check-format: venv ## is all code formatted?
+	$(RUN) python -m ruff format --check --quiet --diff .
+
+.PHONY: check-lint
+check-lint: venv ## does ruff find anything?
+	$(RUN) python -m ruff check --quiet .
+
+.PHONY: check-types
+check-types: venv ## does mypy, strict, find anything in the package and in what tests share?
+	$(RUN) python -m mypy --strict fuzzy_fusion_ros $(wildcard test/conftest.py test/reference)
+
+# Packaging tests run copies of the package, which count for no coverage: they come last, alone.
+.PHONY: check-tests
+check-tests: venv ## run the tests; core/ must be covered wholly, the package to 90 %, by branches
+	$(RUN) python -m coverage erase
+	$(RUN) python -m coverage run -m pytest --ignore=test/test_package.py
+	$(RUN) python -m coverage combine --quiet
+	$(RUN) python -m coverage report --fail-under=90
+	$(RUN) python -m coverage report --fail-under=100 --include='fuzzy_fusion_ros/core/*'
+
+.PHONY: check-package
+check-package: venv ## build with colcon and pip, find and run every executable as `ros2 run` would
+	$(RUN) python -m pytest test/test_package.py
+
+.PHONY: format
+format: venv ## format the code, and mend what ruff can
+	$(RUN) python -m ruff check --fix --quiet .
+	$(RUN) python -m ruff format .
+
+.PHONY: clean
+clean: ## remove builds, caches and measurements; .venv stays
+	rm -rf build install log dist *.egg-info .coverage* .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	find fuzzy_fusion_ros test -name __pycache__ -prune -exec rm -rf {} +
