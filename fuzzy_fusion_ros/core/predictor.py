@@ -1,0 +1,217 @@
+"""The fuzzy predictor (FP), eqs. (2)-(13): trained online by gradient descent, method § 3.
+
+Arrays are ``(inputs, rules)``, inputs being the n - 1 previous estimates, oldest first. Sums
+over inputs run along the first axis and sums over rules in a loop, one after the other, so that
+compiled and interpreted runs agree bit for bit.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fuzzy_fusion_ros.core.gate import Prediction, no_prediction
+from fuzzy_fusion_ros.core.parameters import PredictorParameters
+
+Array = NDArray[np.float64]
+
+NOT_COVERED = -700.0
+"""Exponent below which no rule covers an input: its Gaussian is at the smallest normal number."""
+
+LONGEST_STEP = 3
+"""A step longer than this many of the last is a gap: the history restarts."""
+
+
+class Rules(NamedTuple):
+    """The trained parameters of eq. (4).
+
+    Attributes:
+        centres: x-bar, shape (inputs, rules), unit of the signal.
+        widths: sigma, shape (inputs, rules), above 0, unit of the signal.
+        consequents: y-bar, shape (rules,), unit of the signal.
+    """
+
+    centres: Array
+    widths: Array
+    consequents: Array
+
+
+class Inference(NamedTuple):
+    """Eq. (4) at one input.
+
+    Attributes:
+        covered: Whether any rule covers the input; if not, the rest is 0.
+        output: f, unit of the signal.
+        strengths: z of each rule, scaled so that the largest is 1, shape (rules,).
+        total: b, their sum.
+    """
+
+    covered: bool
+    output: float
+    strengths: Array
+    total: float
+
+
+class Predictor(NamedTuple):
+    """What the predictor keeps.
+
+    Attributes:
+        filled: How many estimates of ``history`` are there.
+        history: The last n estimates, oldest first, shape (n,).
+        stamp_ns: Stamp of the newest.
+        step_ns: Time between the newest two, 0 until there are two.
+        trained: Rules in use so far.
+        rules: The rules.
+        increment: f(x_2 .. x_n) - x_n, the next step's predicted increment.
+        ready: Whether ``increment`` is a prediction.
+    """
+
+    filled: int
+    history: Array
+    stamp_ns: int
+    step_ns: int
+    trained: int
+    rules: Rules
+    increment: float
+    ready: bool
+
+
+def untrained(samples: int, rules: int) -> Predictor:
+    """Return the state before any estimate, for n = ``samples``."""
+    return Predictor(
+        filled=0,
+        history=np.zeros(samples),
+        stamp_ns=0,
+        step_ns=0,
+        trained=0,
+        rules=Rules(
+            centres=np.zeros((samples - 1, rules)),
+            widths=np.ones((samples - 1, rules)),
+            consequents=np.zeros(rules),
+        ),
+        increment=0.0,
+        ready=False,
+    )
+
+
+def prediction_at(state: Predictor, stamp_ns: int) -> Prediction:
+    """Eq. (13): the prediction for ``stamp_ns``, made when the last estimate came in.
+
+    The predicted increment is for a step as long as the last; it is stretched to the real one.
+    """
+    elapsed_ns = stamp_ns - state.stamp_ns
+    if not state.ready or elapsed_ns > LONGEST_STEP * state.step_ns:
+        return no_prediction()
+    stretch = elapsed_ns / state.step_ns
+    return Prediction(exists=True, value=state.history[-1] + stretch * state.increment)
+
+
+def learn(
+    parameters: PredictorParameters, state: Predictor, stamp_ns: int, estimate: float
+) -> Predictor:
+    """Eqs. (2), (3), (13): take the final estimate, train on it, predict the next.
+
+    Args:
+        parameters: Of the predictor.
+        state: The state after the last estimate.
+        stamp_ns: Stamp of the estimate, later than that of the last.
+        estimate: The final estimate, finite.
+    """
+    if not parameters.enabled:
+        return state
+    step_ns = stamp_ns - state.stamp_ns
+    if state.step_ns > 0 and step_ns > LONGEST_STEP * state.step_ns:
+        state = untrained(state.history.size, state.rules.consequents.size)
+    history = np.empty_like(state.history)
+    history[:-1] = state.history[1:]
+    history[-1] = estimate
+    filled = min(state.filled + 1, history.size)
+    trained = state.trained
+    rules = state.rules
+    increment = 0.0
+    ready = False
+    if filled == history.size:
+        inputs = history[:-1] - history[-2]
+        target = history[-1] - history[-2]
+        if trained < rules.consequents.size:
+            rules = add_rule(rules, trained, inputs, target)
+            trained += 1
+        else:
+            rules = train(parameters, rules, inputs, target)
+            ahead = infer(rules, history[1:] - history[-1])
+            increment = ahead.output
+            ready = ahead.covered
+    return Predictor(
+        filled=filled,
+        history=history,
+        stamp_ns=stamp_ns,
+        step_ns=step_ns if state.filled > 0 else 0,
+        trained=trained,
+        rules=rules,
+        increment=increment,
+        ready=ready,
+    )
+
+
+def add_rule(rules: Rules, index: int, inputs: Array, target: float) -> Rules:
+    """Wang's initialisation: centre the next rule on observed data, y-bar on its target."""
+    centres = rules.centres.copy()
+    widths = rules.widths.copy()
+    consequents = rules.consequents.copy()
+    centres[:, index] = inputs
+    widths[:, index] = max(np.max(np.abs(inputs)), 1e-3)
+    consequents[index] = target
+    return Rules(centres=centres, widths=widths, consequents=consequents)
+
+
+def infer(rules: Rules, inputs: Array) -> Inference:
+    """Eqs. (4)-(7) with the square restored; the largest exponent is taken out of a / b."""
+    scaled = (inputs.reshape(-1, 1) - rules.centres) / rules.widths
+    exponents = -(scaled * scaled).sum(axis=0)
+    largest = exponents[0]
+    for exponent in exponents:
+        largest = max(largest, exponent)
+    strengths = np.zeros_like(exponents)
+    a = 0.0
+    b = 0.0
+    if largest > NOT_COVERED:
+        for rule in range(exponents.size):
+            strengths[rule] = math.exp(exponents[rule] - largest)
+            a += rules.consequents[rule] * strengths[rule]
+            b += strengths[rule]
+    covered = b > 0.0
+    return Inference(
+        covered=covered, output=a / b if covered else 0.0, strengths=strengths, total=b
+    )
+
+
+def train(parameters: PredictorParameters, rules: Rules, inputs: Array, target: float) -> Rules:
+    """Eq. (3): gradient descent until the error is below the threshold or the bound is met."""
+    for _ in range(parameters.max_iterations):
+        inference = infer(rules, inputs)
+        if abs(inference.output - target) < parameters.error_threshold:
+            break
+        rules = descend(parameters.learning_rate, rules, inference, inputs, target)
+    return rules
+
+
+def descend(
+    learning_rate: float, rules: Rules, inference: Inference, inputs: Array, target: float
+) -> Rules:
+    """Eqs. (10)-(12): one step of all three families, each from the values before the step."""
+    if not inference.covered:
+        return rules
+    common = (inference.output - target) / inference.total * inference.strengths
+    slope = common * (rules.consequents - inference.output)
+    distance = inputs.reshape(-1, 1) - rules.centres
+    scaled = distance / (rules.widths * rules.widths)
+    d_centres = slope * 2.0 * scaled
+    d_widths = slope * 2.0 * scaled * distance / rules.widths
+    return Rules(
+        centres=rules.centres - learning_rate * d_centres,
+        widths=np.maximum(rules.widths - learning_rate * d_widths, 1e-6),
+        consequents=rules.consequents - learning_rate * common,
+    )
