@@ -1,0 +1,26 @@
+"""What is not whole in a bag, in lines for the user."""
+
+from __future__ import annotations
+
+_LIMIT = 20
+
+
+class Problems:
+    """A list of problems, each told once and not too many of them.
+
+    Attributes:
+        lines: One line per problem, in the order in which they were met.
+    """
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+
+    def note(self, source: str, problem: str) -> None:
+        """Add a problem of a file or another source, unless it is told already."""
+        line = f"{source}: {problem}"
+        if line in self.lines:
+            return
+        if len(self.lines) < _LIMIT:
+            self.lines.append(line)
+        elif len(self.lines) == _LIMIT:
+            self.lines.append("further problems are not listed")

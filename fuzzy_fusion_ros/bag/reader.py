@@ -1,0 +1,237 @@
+"""Reads bags: rosbag2 directories and bare storage files, whole or damaged."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import math
+import tempfile
+from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import ExitStack
+from functools import cached_property, partial
+from operator import attrgetter
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import zstandard
+
+from fuzzy_fusion_ros.bag.problems import Problems
+from fuzzy_fusion_ros.bag.storage import Storage, find_files, open_file
+from fuzzy_fusion_ros.bag.topic import BagMessage, Topic
+from fuzzy_fusion_ros.bag.typestore import BagTypes
+from fuzzy_fusion_ros.core.errors import BagError
+
+_FOREVER_NS = 2**63 - 1
+
+
+def open_bag(path: str | Path) -> BagReader:
+    """Open a rosbag2 directory or a bare ``.mcap``, whole or damaged.
+
+    Raises:
+        BagError: There is no such bag, or nothing in it can be read.
+    """
+    return BagReader(path)
+
+
+class BagReader:
+    """An open bag; a context manager.
+
+    Memory does not grow with the bag: messages are read chunk by chunk. (It grows with how
+    far log times are out of order between chunks.)
+
+    Attributes:
+        path: The bag.
+        topics: The topics by their names.
+        start_ns: The log time of the first message, ns; None without messages.
+        end_ns: The log time of the last message, ns; None without messages.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        """Open a bag.
+
+        Args:
+            path: A rosbag2 directory, or a storage file.
+
+        Raises:
+            BagError: There is no such bag, or nothing in it can be read.
+        """
+        self.path = Path(path)
+        self._problems = Problems()
+        self._stack = ExitStack()
+        files, metadata = find_files(self.path, self._problems)
+        self._is_message_compressed = bool(metadata and metadata.compression_mode == "message")
+        try:
+            self._storages = self._open(files)
+        except BaseException:
+            self._stack.close()
+            raise
+        self._described = [topic for each in self._storages for topic in each.topics]
+        self.topics = _merge_topics(self._described, partial(self._problems.note, self.path.name))
+        starts = [each.start_ns for each in self._storages if each.start_ns is not None]
+        ends = [each.end_ns for each in self._storages if each.end_ns is not None]
+        self.start_ns = min(starts, default=None)
+        self.end_ns = max(ends, default=None)
+        if metadata and self.message_count not in {None, metadata.message_count}:
+            self._problems.note(
+                "metadata.yaml",
+                f"it counts {metadata.message_count} messages, there are {self.message_count}",
+            )
+
+    def __enter__(self) -> BagReader:
+        """Return the reader itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Close the bag."""
+        self.close()
+
+    def close(self) -> None:
+        """Close the bag; the second call does nothing."""
+        self._stack.close()
+        self._storages = []
+
+    @property
+    def problems(self) -> list[str]:
+        """One line per thing that is not whole; reading on can add some."""
+        return list(self._problems.lines)
+
+    @property
+    def message_count(self) -> int | None:
+        """Messages on all topics; None where the bag does not say."""
+        return _total(topic.message_count for topic in self._described)
+
+    @cached_property
+    def types(self) -> BagTypes:
+        """The message types, as the bag describes them."""
+        types = BagTypes(self._described)
+        for problem in types.problems:
+            self._problems.note(self.path.name, problem)
+        return types
+
+    def require_topics(self, *names: str) -> None:
+        """Make sure that topics are in the bag.
+
+        Raises:
+            BagError: One is not; the error lists those that are.
+        """
+        missing = [name for name in names if name not in self.topics]
+        if missing:
+            there = ", ".join(f"{each.name} ({each.msgtype})" for each in self.topics.values())
+            raise BagError(
+                f"bag {str(self.path)!r} has no topic {', '.join(map(repr, missing))}; "
+                f"it has {there or 'no topics at all'}"
+            )
+
+    def messages(
+        self,
+        topics: Collection[str] | None = None,
+        start_s: float | None = None,
+        end_s: float | None = None,
+    ) -> Iterator[BagMessage]:
+        """Return the messages in the order of their log times, equal ones as they are stored.
+
+        What is damaged is left out and told in :attr:`problems`.
+
+        Args:
+            topics: The topics to read; None for all.
+            start_s: Where to begin, s from the bag's first message; None for there.
+            end_s: Where to end, before this, s from the bag's first message; None for behind
+                the last one.
+
+        Raises:
+            BagError: The bag is closed, or a limit is not finite.
+        """
+        if not self._storages:
+            raise BagError(f"bag {str(self.path)!r} is closed: open it again to read it")
+        names = None if topics is None else frozenset(topics)
+        start_ns = self._limit_ns(start_s, 0)
+        stop_ns = self._limit_ns(end_s, _FOREVER_NS)
+        found = self._in_order(lambda each: each.messages(names, start_ns, stop_ns))
+        return self._decompress(found) if self._is_message_compressed else found
+
+    def decode(self, message: BagMessage) -> Any:
+        """Return a message as rosbags' dataclass.
+
+        Raises:
+            BagError: Its type is neither described by the bag nor part of ROS 2 Jazzy.
+            MessageError: This message does not have the layout of its type.
+        """
+        return self.types.decode(message.msgtype, message.data)
+
+    def _open(self, files: list[Path]) -> list[Storage]:
+        """Open all files that can be; refuse if none can."""
+        scratch = Path(self._stack.enter_context(tempfile.TemporaryDirectory()))
+        storages: list[Storage] = []
+        refusals: list[BagError] = []
+        for file in files:
+            try:
+                storages.append(open_file(file, scratch, partial(self._problems.note, file.name)))
+            except BagError as error:
+                refusals.append(error)
+                self._problems.note(file.name, str(error))
+            else:
+                self._stack.callback(storages[-1].close)
+        if not storages:
+            raise refusals[0]
+        return storages
+
+    def _limit_ns(self, seconds: float | None, otherwise_ns: int) -> int:
+        if seconds is None:
+            return otherwise_ns
+        if not math.isfinite(seconds):
+            raise BagError(f"span limit {seconds!r} s: expected finite seconds from the begin")
+        limit_ns = (self.start_ns or 0) + round(seconds * 1e9)
+        return max(0, min(limit_ns, _FOREVER_NS))
+
+    def _in_order(self, read: Callable[[Storage], Iterator[BagMessage]]) -> Iterator[BagMessage]:
+        """Chain the files if one begins where another ends, else merge them."""
+        spans = [
+            (each.start_ns or 0, _FOREVER_NS if each.end_ns is None else each.end_ns, each)
+            for each in self._storages
+            if _total(topic.message_count for topic in each.topics) != 0
+        ]
+        ordered = sorted(spans, key=lambda span: span[0])
+        found = [read(each) for _, _, each in ordered]
+        if all(one[1] <= next_one[0] for one, next_one in itertools.pairwise(ordered)):
+            return itertools.chain.from_iterable(found)
+        return heapq.merge(*found, key=attrgetter("log_ns"))
+
+    def _decompress(self, messages: Iterable[BagMessage]) -> Iterator[BagMessage]:
+        decompressor = zstandard.ZstdDecompressor()
+        for message in messages:
+            try:
+                data = decompressor.decompress(message.data)
+            except zstandard.ZstdError as error:
+                self._problems.note(message.topic, f"messages do not decompress ({error})")
+            else:
+                yield message._replace(data=data)
+
+
+def _merge_topics(found: Iterable[Topic], note: Callable[[str], None]) -> dict[str, Topic]:
+    """Return the topics of several files by name, their messages added up."""
+    topics: dict[str, Topic] = {}
+    for topic in found:
+        known = topics.setdefault(topic.name, topic)
+        if known is topic:
+            if topic.encoding != "cdr":
+                note(f"topic {topic.name} is serialised as {topic.encoding!r}, not as 'cdr'")
+            continue
+        if known.msgtype != topic.msgtype:
+            note(f"topic {topic.name} is both {known.msgtype} and {topic.msgtype}")
+        topics[topic.name] = known._replace(
+            message_count=_total([known.message_count, topic.message_count]),
+            definition=known.definition or topic.definition,
+            qos=known.qos or topic.qos,
+        )
+    return dict(sorted(topics.items()))
+
+
+def _total(counts: Iterable[int | None]) -> int | None:
+    known = list(counts)
+    return None if None in known else sum(count or 0 for count in known)

@@ -1,0 +1,141 @@
+"""Reads the messages of one sqlite3 file of rosbag2 in the order of their log times."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections import Counter
+from collections.abc import Callable, Collection, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from fuzzy_fusion_ros.bag.qos import qos_from_rosbag2
+from fuzzy_fusion_ros.bag.topic import BagMessage, Definition, Topic
+from fuzzy_fusion_ros.core.errors import BagError
+
+
+class SqliteFile:
+    """One sqlite3 file, of any version of rosbag2.
+
+    It is read by Python's sqlite3, which also sees what a killed recorder left in the
+    write-ahead log; rosbags' reader leaves that out.
+
+    Attributes:
+        topics: What the file holds.
+        start_ns: The earliest log time, ns; None without messages.
+        end_ns: The latest log time, ns; None without messages.
+    """
+
+    def __init__(self, path: Path, note: Callable[[str], None]) -> None:
+        """Open a file.
+
+        Args:
+            path: The file.
+            note: Told of all that is not whole, now and while messages are read.
+
+        Raises:
+            BagError: It cannot be read or is no sqlite3 file of rosbag2.
+        """
+        self._note = note
+        self.start_ns: int | None = None
+        self.end_ns: int | None = None
+        try:
+            self._database = _connect(path)
+            definitions = self._definitions()
+            rows = self._query("SELECT * FROM topics ORDER BY id")
+            topics = {row["id"]: self._topic(row, definitions) for row in rows}
+        except sqlite3.Error as error:
+            raise BagError(f"{str(path)!r} is no readable sqlite3 bag: {error}") from error
+        counts: Counter[int] | None = Counter()
+        try:
+            counts = Counter(
+                dict(self._query("SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id"))
+            )
+            ((self.start_ns, self.end_ns),) = self._query(
+                "SELECT MIN(timestamp), MAX(timestamp) FROM messages"
+            )
+        except sqlite3.Error as error:
+            counts = None
+            note(f"it is damaged ({error})")
+        self._topics: dict[int, Topic] = {
+            number: topic._replace(message_count=counts[number] if counts is not None else None)
+            for number, topic in topics.items()
+        }
+        self.topics = list(self._topics.values())
+
+    def close(self) -> None:
+        """Close the file."""
+        self._database.close()
+
+    def messages(
+        self, names: Collection[str] | None, start_ns: int, stop_ns: int
+    ) -> Iterator[BagMessage]:
+        """Yield messages in the order of their log times, equal ones in that of the file.
+
+        Args:
+            names: The topics; None for all.
+            start_ns: Log times begin here, ns.
+            stop_ns: Log times end before this, ns.
+        """
+        wanted = {
+            number: (topic.name, topic.msgtype)
+            for number, topic in self._topics.items()
+            if names is None or topic.name in names
+        }
+        reached = start_ns
+        try:
+            for number, reached, data in self._database.execute(
+                "SELECT topic_id, timestamp, data FROM messages "
+                "WHERE timestamp >= ? AND timestamp < ? "
+                f"AND topic_id IN ({','.join(map(str, wanted))}) ORDER BY timestamp, id",
+                (start_ns, stop_ns),
+            ):
+                name, msgtype = wanted[number]
+                yield BagMessage(name, msgtype, reached, bytes(data))
+        except sqlite3.Error as error:
+            self._note(f"messages from log time {reached} ns on are lost ({error})")
+
+    def _query(self, statement: str) -> list[Any]:
+        return self._database.execute(statement).fetchall()
+
+    def _definitions(self) -> dict[str, Definition]:
+        """Return the definitions by type; bags before Jazzy's predecessor have none."""
+        if not self._query("SELECT 1 FROM sqlite_master WHERE name = 'message_definitions'"):
+            return {}
+        return {
+            row["topic_type"]: Definition(
+                row["encoding"], row["encoded_message_definition"], row["type_description_hash"]
+            )
+            for row in self._query("SELECT * FROM message_definitions")
+        }
+
+    def _topic(self, row: Any, definitions: Mapping[str, Definition]) -> Topic:
+        offered = row["offered_qos_profiles"] if "offered_qos_profiles" in row.keys() else ""  # noqa: SIM118
+        try:
+            qos = qos_from_rosbag2(offered)
+        except BagError as error:
+            self._note(f"topic {row['name']}: {error}")
+            qos = ()
+        return Topic(
+            row["name"],
+            row["type"],
+            definition=definitions.get(row["type"]),
+            qos=qos,
+            encoding=row["serialization_format"],
+        )
+
+
+def _connect(path: Path) -> sqlite3.Connection:
+    """Return a read-only connection; the write-ahead log is used where it can be."""
+    place = f"file:{quote(str(path.resolve()))}"
+    for mode in ("mode=ro", "immutable=1"):
+        database = sqlite3.connect(f"{place}?{mode}", uri=True)
+        database.row_factory = sqlite3.Row
+        try:
+            database.execute("SELECT 1 FROM sqlite_master").fetchall()
+        except sqlite3.OperationalError:
+            if mode == "immutable=1":
+                raise
+        else:
+            return database
+    raise AssertionError

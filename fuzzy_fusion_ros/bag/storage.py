@@ -1,0 +1,126 @@
+"""Finds and opens the storage files of a bag."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Callable, Collection, Iterator
+from pathlib import Path
+from typing import Protocol
+
+import zstandard
+
+from fuzzy_fusion_ros.bag.mcap_file import McapFile
+from fuzzy_fusion_ros.bag.metadata import Metadata, read_metadata
+from fuzzy_fusion_ros.bag.problems import Problems
+from fuzzy_fusion_ros.bag.sqlite_file import SqliteFile
+from fuzzy_fusion_ros.bag.topic import BagMessage, Topic
+from fuzzy_fusion_ros.core.errors import BagError
+
+_KINDS: dict[str, type[McapFile] | type[SqliteFile]] = {".mcap": McapFile, ".db3": SqliteFile}
+_COMPRESSED = ".zstd"
+
+
+class Storage(Protocol):
+    """One storage file.
+
+    Attributes:
+        topics: What the file holds.
+        start_ns: The earliest log time, ns; None without messages.
+        end_ns: The latest log time, ns; None without messages.
+    """
+
+    topics: list[Topic]
+    start_ns: int | None
+    end_ns: int | None
+
+    def messages(
+        self, names: Collection[str] | None, start_ns: int, stop_ns: int
+    ) -> Iterator[BagMessage]:
+        """Yield messages of some topics, or of all, within a half-open span of log times."""
+        ...
+
+    def close(self) -> None:
+        """Close the file."""
+        ...
+
+
+def find_files(path: Path, problems: Problems) -> tuple[list[Path], Metadata | None]:
+    """Return the storage files of a bag in their order, and its metadata if they are good.
+
+    Args:
+        path: A rosbag2 directory or a storage file.
+        problems: Told of what is not whole.
+
+    Raises:
+        BagError: There is no storage file.
+    """
+    if not path.exists():
+        raise BagError(f"bag {str(path)!r} does not exist: name a rosbag2 directory or a .mcap")
+    if path.is_file():
+        return [path], None
+    present = sorted(filter(_is_storage, path.iterdir()), key=_natural)
+    metadata = None
+    try:
+        metadata = read_metadata(path)
+    except BagError as error:
+        problems.note(path.name, str(error))
+    listed = [path / name for name in metadata.files] if metadata else []
+    for each in listed:
+        if not each.exists():
+            problems.note(each.name, "it is listed in metadata.yaml but missing")
+    files = [each for each in listed if each.exists()]
+    for each in present:
+        if files and each not in files:
+            problems.note(each.name, "it is not listed in metadata.yaml and left out")
+    if not (files or present):
+        raise BagError(f"bag {str(path)!r} holds no .mcap or .db3 file: it is no rosbag2 directory")
+    return files or present, metadata
+
+
+def open_file(path: Path, scratch: Path, note: Callable[[str], None]) -> Storage:
+    """Open a storage file, decompressed first if it is compressed as a whole.
+
+    Args:
+        path: The file.
+        scratch: A directory to decompress it into.
+        note: Told of all that is not whole.
+
+    Raises:
+        BagError: It cannot be read or is of no kind that is known.
+    """
+    if path.suffix == _COMPRESSED:
+        path = _decompress(path, scratch, note)
+    kind = _KINDS.get(path.suffix)
+    if kind is None:
+        raise BagError(
+            f"{str(path)!r} is no bag: expected a rosbag2 directory, a .mcap or a .db3 file"
+        )
+    return kind(path, note)
+
+
+def _decompress(path: Path, scratch: Path, note: Callable[[str], None]) -> Path:
+    target = scratch / path.stem
+    try:
+        with path.open("rb") as compressed, target.open("wb") as plain:
+            reader = zstandard.ZstdDecompressor().stream_reader(compressed, read_across_frames=True)
+            shutil.copyfileobj(reader, plain)
+    except zstandard.ZstdError as error:
+        note(f"it decompresses in part only ({error})")
+    except OSError as error:
+        raise BagError(f"{str(path)!r} cannot be decompressed: {error.strerror}") from error
+    return target
+
+
+def _is_storage(path: Path) -> bool:
+    name = path.name.removesuffix(_COMPRESSED)
+    return path.is_file() and Path(name).suffix in _KINDS
+
+
+def _natural(path: Path) -> list[tuple[int, str]]:
+    """Sort key: bag_2 before bag_10."""
+    return [(int(part), "") if part.isdigit() else (-1, part) for part in _parts(path.name)]
+
+
+def _parts(name: str) -> list[str]:
+    return re.split(r"(\d+)", name)

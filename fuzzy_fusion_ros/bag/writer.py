@@ -1,0 +1,187 @@
+"""Writes rosbag2 directories."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from types import TracebackType
+
+from fuzzy_fusion_ros.bag.mcap_writer import McapWriter
+from fuzzy_fusion_ros.bag.metadata import describe_bag, write_metadata
+from fuzzy_fusion_ros.bag.qos import QosProfile, qos_to_text
+from fuzzy_fusion_ros.bag.topic import Definition, Topic
+from fuzzy_fusion_ros.bag.typestore import BagTypes, jazzy_types
+from fuzzy_fusion_ros.core.errors import BagError
+
+
+class BagWriter:
+    """A new rosbag2 directory with one MCAP file, as rosbag2 of Jazzy writes it.
+
+    It is a context manager. ``metadata.yaml`` is there from the start and kept up, roughly,
+    while the bag grows, so a bag whose recorder was killed opens too. The same messages give
+    the same bytes. One thread at a time may use it; :meth:`close` may come at any point, from
+    a signal handler too.
+    """
+
+    def __init__(self, path: str | Path, types: BagTypes | None = None) -> None:
+        """Create the bag.
+
+        Args:
+            path: The directory; it must not exist or be empty.
+            types: Where definitions come from that are not given; Jazzy's and the installed
+                types unless given.
+
+        Raises:
+            BagError: The directory holds something or cannot be written.
+        """
+        self.path = Path(path)
+        self._types = types or jazzy_types()
+        self._topics: dict[str, Topic] = {}
+        self._channels: dict[str, tuple[str, int]] = {}
+        self._schemas: dict[tuple[str, Definition], int] = {}
+        self._described_chunks = 0
+        self._closed = False
+        self._failure: BagError | None = None
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            if any(self.path.iterdir()):
+                raise BagError(f"bag {str(path)!r} exists: name a new directory or remove it")
+            self._file_name = f"{self.path.resolve().name}_0.mcap"
+            self._file = McapWriter(self.path / self._file_name)
+            self._write_metadata()
+        except OSError as error:
+            raise self._refusal(error) from error
+
+    def __enter__(self) -> BagWriter:
+        """Return the writer itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Close the bag, also after an error: what was written is whole."""
+        self.close()
+
+    def add_topic(
+        self,
+        topic: str,
+        msgtype: str,
+        *,
+        qos: Iterable[QosProfile] = (),
+        definition: Definition | None = None,
+    ) -> None:
+        """Declare a topic before its first message.
+
+        Args:
+            topic: Its name, such as ``/s1``.
+            msgtype: ``package/msg/Type``.
+            qos: The profiles that it is offered with.
+            definition: The definition of the type, as a reader gives it; looked up unless
+                given.
+
+        Raises:
+            BagError: The topic is there already with another type, or the type has no
+                definition.
+        """
+        if topic in self._channels:
+            self._require_type(topic, msgtype)
+            return
+        definition = definition or self._types.definition(msgtype)
+        profiles = tuple(qos)
+        schema = self._schemas.get((msgtype, definition))
+        if schema is None:
+            schema = self._file.add_schema(msgtype, definition.encoding, definition.text)
+            self._schemas[msgtype, definition] = schema
+        metadata = {
+            "offered_qos_profiles": qos_to_text(profiles),
+            "topic_type_hash": definition.digest,
+        }
+        channel = self._file.add_channel(topic, schema, metadata)
+        self._topics[topic] = Topic(topic, msgtype, 0, definition, profiles)
+        self._channels[topic] = (msgtype, channel)
+
+    def write(self, topic: str, msgtype: str, log_ns: int, data: bytes) -> None:
+        """Write a message.
+
+        Args:
+            topic: Declared before, or declared now with no QoS.
+            msgtype: ``package/msg/Type``, that of the topic.
+            log_ns: When it was received, ns since the epoch, not negative.
+            data: CDR with its encapsulation header.
+
+        Raises:
+            BagError: The bag is closed or cannot be written, the type is not the topic's or
+                has no definition, or the time does not fit.
+        """
+        if self._closed:
+            raise BagError(f"bag {str(self.path)!r} is closed: nothing can be written to it")
+        if self._failure is not None:
+            raise self._failure
+        channel = self._channels.get(topic)
+        if channel is None:
+            self.add_topic(topic, msgtype)
+            channel = self._channels[topic]
+        elif channel[0] != msgtype:
+            self._require_type(topic, msgtype)
+        if not 0 <= log_ns < 2**63:
+            raise BagError(f"log time {log_ns!r} ns is out of range: expected 0 to 2^63 - 1")
+        try:
+            if self._file.write(channel[1], log_ns, data):
+                self._keep_metadata_up()
+        except OSError as error:
+            self._failure = self._refusal(error)
+            raise self._failure from error
+        except ValueError:
+            if not self._closed:  # else a signal handler has closed it, this message included
+                raise
+
+    def close(self) -> None:
+        """Write what is pending, the index and the metadata; the second call does nothing.
+
+        Raises:
+            BagError: They cannot be written, and no write said so before; what was written
+                before stays readable.
+        """
+        if self._closed:
+            return
+        try:
+            self._file.flush()
+            self._file.finish(self._description())
+            self._write_metadata()
+        except OSError as error:
+            if self._failure is None:
+                raise self._refusal(error) from error
+        finally:
+            self._closed = True
+            self._file.close()
+
+    def _require_type(self, topic: str, msgtype: str) -> None:
+        known = self._channels[topic][0]
+        if known != msgtype:
+            raise BagError(f"topic {topic!r} is of type {known!r}, not {msgtype!r}")
+
+    def _keep_metadata_up(self) -> None:
+        """Write the metadata anew whenever the bag has doubled."""
+        if self._file.chunk_count >= 2 * self._described_chunks:
+            self._write_metadata()
+
+    def _write_metadata(self) -> None:
+        write_metadata(self.path, self._description())
+        self._described_chunks = self._file.chunk_count
+
+    def _description(self) -> str:
+        counts = self._file.counts
+        topics = [
+            topic._replace(message_count=counts[self._channels[name][1]])
+            for name, topic in self._topics.items()
+        ]
+        return describe_bag(self._file_name, topics, *self._file.span_ns)
+
+    def _refusal(self, error: OSError) -> BagError:
+        return BagError(
+            f"bag {str(self.path)!r} cannot be written: {error.strerror or error}; "
+            "what was written before stays readable"
+        )
