@@ -33,7 +33,8 @@ def compiled(function: F, **replaced: Callable[..., Any]) -> F:
         replaced: Functions to call in place of the globals of these names: a loop is written
             for one method and bound to others.
     """
-    return _twin(function, tuple(sorted(replaced.items())))
+    twin: F = _twin(function, tuple(sorted(replaced.items())))
+    return twin
 
 
 @functools.cache

@@ -1,4 +1,9 @@
-"""Conditioning of S1 before the aggregator: our extension, off by default (contract § 7)."""
+"""Conditioning of S1 before the aggregator: our extension, off by default (contract § 7).
+
+Four steps, each of which its parameter of 0 switches off: a spike is replaced by the last
+sample, the rest goes through a low-pass, S1's bias is learnt from what S2 would read if S1 were
+right, and taken off. Learning slows while the fuzzy rules say that the signal moves.
+"""
 
 from __future__ import annotations
 
@@ -6,73 +11,209 @@ from typing import NamedTuple
 
 from fuzzy_fusion_ros.core.aggregator import SlowSensor
 from fuzzy_fusion_ros.core.clock import seconds_between
+from fuzzy_fusion_ros.core.delay_line import DelayLine, delayed, empty_line, extended
+from fuzzy_fusion_ros.core.lag import lag_gain
 from fuzzy_fusion_ros.core.membership import large
-from fuzzy_fusion_ros.core.parameters import AggregatorParameters, FastSensorParameters
+from fuzzy_fusion_ros.core.parameters import (
+    BreakPoints,
+    FastSensorParameters,
+    SlowSensorParameters,
+)
+
+LONGEST_SPIKE = 5
+"""So many samples in a row are rejected as spikes at most; then the signal has moved."""
+
+
+class Smooth(NamedTuple):
+    """S1 behind spike rejection and low-pass.
+
+    Attributes:
+        accepted: The last sample that was no spike, unit of the signal.
+        rejected: Samples rejected in a row.
+        value: Output of the low-pass, unit of the signal.
+        slope: Its slope, unit of the signal per second; 0 without a trend.
+    """
+
+    accepted: float
+    rejected: int
+    value: float
+    slope: float
+
+
+class Bias(NamedTuple):
+    """What is known of S1's bias.
+
+    Attributes:
+        samples: S2 samples learnt from.
+        stamp_ns: Stamp of the newest of them.
+        value: The bias at that stamp, unit of the signal.
+        slope: Its drift, unit of the signal per second.
+        learnt: Time learnt from, weighted by quietness, seconds.
+    """
+
+    samples: int
+    stamp_ns: int
+    value: float
+    slope: float
+    learnt: float
 
 
 class Conditioned(NamedTuple):
     """S1 as the aggregator sees it, and what conditioning keeps.
 
     Attributes:
-        samples: S1 samples since the last start.
+        samples: S1 samples since the start.
         stamp_ns: Stamp of the newest.
-        lowpassed: S1 behind its low-pass, unit of the signal.
-        bias: Estimated bias of S1, unit of the signal.
-        value: ``lowpassed - bias``.
+        smooth: S1 behind spike rejection and low-pass.
+        lagged: S1 behind the model of S2's lag, unit of the signal.
+        line: The recent past of ``lagged``, for the model of S2's delay.
+        bias: The bias learnt.
+        value: ``smooth.value`` less the bias, unit of the signal.
     """
 
     samples: int
     stamp_ns: int
-    lowpassed: float
-    bias: float
+    smooth: Smooth
+    lagged: float
+    line: DelayLine
+    bias: Bias
     value: float
 
 
 def unconditioned() -> Conditioned:
     """Return the state before any S1 sample."""
-    return Conditioned(samples=0, stamp_ns=0, lowpassed=0.0, bias=0.0, value=0.0)
-
-
-def lag_step(value: float, target: float, dt: float, time_constant: float) -> float:
-    """One step of a first-order lag: backward Euler, stable for every ``dt`` >= 0.
-
-    A time constant of 0 passes ``target`` through.
-    """
-    if time_constant <= 0.0:
-        return target
-    return value + (target - value) * (dt / (time_constant + dt))
+    return Conditioned(
+        samples=0,
+        stamp_ns=0,
+        smooth=Smooth(accepted=0.0, rejected=0, value=0.0, slope=0.0),
+        lagged=0.0,
+        line=empty_line(),
+        bias=Bias(samples=0, stamp_ns=0, value=0.0, slope=0.0, learnt=0.0),
+        value=0.0,
+    )
 
 
 def condition(
-    parameters: FastSensorParameters,
-    aggregator: AggregatorParameters,
+    s1_parameters: FastSensorParameters,
+    s2_parameters: SlowSensorParameters,
+    rate_ramp: BreakPoints,
     kept: Conditioned,
     s2: SlowSensor,
     stamp_ns: int,
     s1: float,
 ) -> Conditioned:
-    """Low-pass S1 and take off its bias, learnt while the rules say that the signal is quiet.
+    """Take a sample of S1 and return it conditioned.
+
+    The first sample, also the first after a gap longer than S1's timeout, restarts everything
+    but the bias.
 
     Args:
-        parameters: The two time constants, 0 for off.
-        aggregator: Its break points of ``|dS2/dt|``: learning follows the grade of *small*.
+        s1_parameters: The steps' parameters.
+        s2_parameters: The model of S2 that the bias is learnt through.
+        rate_ramp: Break points of ``|dS2/dt|``: quiet is the grade of *small*.
         kept: What conditioning kept from the last sample.
         s2: S2 as held.
         stamp_ns: Stamp of this sample, later than that of the last.
         s1: The sample, finite.
     """
     dt = seconds_between(kept.stamp_ns, stamp_ns)
-    lowpassed = s1
-    if kept.samples > 0 and dt <= parameters.timeout:
-        lowpassed = lag_step(kept.lowpassed, s1, dt, parameters.lowpass_time_constant)
+    smooth = Smooth(accepted=s1, rejected=0, value=s1, slope=0.0)
+    lagged = s1
+    line = kept.line
     bias = kept.bias
-    if parameters.bias_time_constant > 0.0 and kept.samples > 0 and s2.samples > 0:
-        quiet = 1.0 - large(abs(s2.rate), aggregator.rate)
-        bias = lag_step(bias, lowpassed - s2.value, dt * quiet, parameters.bias_time_constant)
+    continues = kept.samples > 0 and dt <= s1_parameters.timeout
+    if continues:
+        clean, rejected = reject_spike(s1_parameters.spike_threshold, kept.smooth, s1)
+        smooth = low_pass(s1_parameters, kept.smooth, clean, rejected, dt)
+        lagged = kept.lagged + lag_gain(dt, s2_parameters.lag_time_constant) * (clean - kept.lagged)
+    if s1_parameters.bias_time_constant > 0.0:
+        if not continues:
+            line = empty_line()
+        if s2.samples > 0 and s2.stamp_ns != bias.stamp_ns:
+            error = delayed(line, stamp_ns, lagged, s2.stamp_ns, s2_parameters.delay) - s2.value
+            quiet = 1.0 - large(abs(s2.rate), rate_ramp)
+            bias = learn_bias(s1_parameters, bias, s2.stamp_ns, error, quiet)
+        line = extended(line, stamp_ns, lagged, s2_parameters.delay)
     return Conditioned(
         samples=kept.samples + 1,
         stamp_ns=stamp_ns,
-        lowpassed=lowpassed,
+        smooth=smooth,
+        lagged=lagged,
+        line=line,
         bias=bias,
-        value=lowpassed - bias,
+        value=smooth.value - bias_at(bias, stamp_ns),
     )
+
+
+def reject_spike(threshold: float, kept: Smooth, s1: float) -> tuple[float, int]:
+    """Replace a sample that is further than ``threshold`` from the last accepted one by that.
+
+    Returns:
+        The sample to use, and how many were rejected in a row; after ``LONGEST_SPIKE`` the
+        next is accepted wherever it is.
+    """
+    if threshold > 0.0 and abs(s1 - kept.accepted) > threshold and kept.rejected < LONGEST_SPIKE:
+        return kept.accepted, kept.rejected + 1
+    return s1, 0
+
+
+def low_pass(
+    parameters: FastSensorParameters, kept: Smooth, clean: float, rejected: int, dt: float
+) -> Smooth:
+    """Low-pass a spike-free sample; with a trend, a ramp passes without lag.
+
+    ``x += slope dt; g = 1 - exp(-dt / T_lp); x += g e; slope += g (1 - exp(-dt / T_trend)) e / dt``
+    with ``e`` the sample less the prediction.
+    """
+    gain = lag_gain(dt, parameters.lowpass_time_constant)
+    ahead = kept.value + kept.slope * dt
+    error = clean - ahead
+    slope = 0.0
+    if parameters.trend_time_constant > 0.0:
+        slope = kept.slope + gain * lag_gain(dt, parameters.trend_time_constant) * error / dt
+    return Smooth(accepted=clean, rejected=rejected, value=ahead + gain * error, slope=slope)
+
+
+def learn_bias(
+    parameters: FastSensorParameters, kept: Bias, stamp_ns: int, error: float, quiet: float
+) -> Bias:
+    """Move the bias towards an error, the faster the quieter the signal is.
+
+    A first-order lag whose time constant grows with what was learnt, up to
+    ``bias_time_constant``: the first estimate is the mean so far. With a
+    ``drift_time_constant`` the bias also has a slope, learnt likewise.
+
+    Args:
+        parameters: Its time constants and the share of learning that goes on in motion.
+        kept: The bias so far.
+        stamp_ns: Stamp of the S2 sample, later than that of the last.
+        error: What S2 would read if S1 were right, less what it reads, unit of the signal.
+        quiet: Grade of *the signal is quiet*, 0 to 1.
+    """
+    if kept.samples == 0:
+        return Bias(samples=1, stamp_ns=stamp_ns, value=error, slope=0.0, learnt=0.0)
+    dt = seconds_between(kept.stamp_ns, stamp_ns)
+    share = parameters.bias_moving_share
+    effective = (share + (1.0 - share) * quiet) * dt
+    learnt = kept.learnt + effective
+    ahead = kept.value + kept.slope * dt
+    gain = 0.0
+    if effective > 0.0:
+        gain = lag_gain(effective, min(parameters.bias_time_constant, learnt))
+    slope = kept.slope
+    if parameters.drift_time_constant > 0.0:
+        slope += gain * lag_gain(effective, parameters.drift_time_constant) * (error - ahead) / dt
+    return Bias(
+        samples=kept.samples + 1,
+        stamp_ns=stamp_ns,
+        value=ahead + gain * (error - ahead),
+        slope=slope,
+        learnt=learnt,
+    )
+
+
+def bias_at(bias: Bias, stamp_ns: int) -> float:
+    """Return the bias at a stamp, carried on along its slope; 0 before anything was learnt."""
+    if bias.samples == 0:
+        return 0.0
+    return bias.value + bias.slope * seconds_between(bias.stamp_ns, stamp_ns)

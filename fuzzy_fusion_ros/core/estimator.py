@@ -99,7 +99,15 @@ def update(
     started_ns = state.started_ns if state.s1.samples > 0 else stamp_ns
     mode = mode_at(parameters.s2.timeout, state.s2, started_ns, stamp_ns)
 
-    s1 = condition(parameters.s1, parameters.aggregator, state.s1, state.s2, stamp_ns, value)
+    s1 = condition(
+        parameters.s1,
+        parameters.s2,
+        parameters.aggregator.rate,
+        state.s1,
+        state.s2,
+        stamp_ns,
+        value,
+    )
     if mode == FUSED:
         fa = aggregate(parameters.aggregator, s1.value, state.s2.value, state.s2.rate)
     else:

@@ -104,12 +104,34 @@ class SensorParameters(Group):
 class FastSensorParameters(SensorParameters):
     """S1, with its conditioning: our extension, off by default."""
 
+    spike_threshold: float = real(
+        0.0, "a step of S1 beyond this is a spike and left out; 0 is off", unit="signal"
+    )
     lowpass_time_constant: float = real(
         0.0, "time constant of the low-pass on S1; 0 is off", unit="s", high=1e3
     )
-    bias_time_constant: float = real(
-        0.0, "time constant of the estimate of S1's bias; 0 is off", unit="s", high=1e6
+    trend_time_constant: float = real(
+        0.0, "time constant of the low-pass's slope, which frees ramps of lag; 0 is off", unit="s"
     )
+    bias_time_constant: float = real(
+        0.0, "time constant of the estimate of S1's bias; 0 is off", unit="s"
+    )
+    bias_moving_share: float = real(
+        0.0, "share of the bias's learning that goes on while the signal moves", high=1.0
+    )
+    drift_time_constant: float = real(
+        0.0, "time constant of the estimate of the bias's slope; 0 is off", unit="s"
+    )
+
+
+@dataclass(frozen=True)
+class SlowSensorParameters(SensorParameters):
+    """S2, with the model of it through which S1's bias is learnt."""
+
+    lag_time_constant: float = real(
+        0.0, "time constant of S2's lag as S1's bias sees it", unit="s", high=1e3
+    )
+    delay: float = real(0.0, "delay of S2 as S1's bias sees it", unit="s", high=1e3)
 
 
 @dataclass(frozen=True)
@@ -125,7 +147,7 @@ class Parameters(Group):
     """All parameters of the fusion."""
 
     s1: FastSensorParameters = group(FastSensorParameters())
-    s2: SensorParameters = group(SensorParameters(timeout=5.0))
+    s2: SlowSensorParameters = group(SlowSensorParameters(timeout=5.0))
     estimate: EstimateParameters = group(EstimateParameters())
     trigger: str = text(
         "s1",

@@ -1,4 +1,4 @@
-"""The exact first-order lag that sensor and controller share."""
+"""The exact first-order lag that conditioning, sensor model and controller share."""
 
 from __future__ import annotations
 
