@@ -1,0 +1,1 @@
+"""The executables: each file parses its arguments, calls one function, returns the status."""

@@ -1,0 +1,80 @@
+"""Exit statuses, and the one place where an error becomes one."""
+
+from __future__ import annotations
+
+import functools
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Sequence
+from types import FrameType
+
+from fuzzy_fusion_ros.core.errors import FusionError
+
+DONE = 0
+FAILED = 1
+"""Done, and a check failed: a claim, a score regression, a replay that differs."""
+UNUSABLE = 2
+"""The input or the arguments cannot be used."""
+
+Main = Callable[[Sequence[str] | None], int]
+
+
+class UsageError(FusionError):
+    """The arguments of a command do not fit."""
+
+
+def command(name: str) -> Callable[[Main], Callable[..., int]]:
+    """Make a command of a function: its errors become a line on stderr and an exit status.
+
+    Every :class:`FusionError` gives status 2. An interrupt gives 128 and the signal's number,
+    and so does a reader of stdout that has gone away, as with any Unix tool. No traceback.
+
+    Args:
+        name: The command's name, said before each error.
+    """
+
+    def decorate(main: Main) -> Callable[..., int]:
+        @functools.wraps(main)
+        def run(arguments: Sequence[str] | None = None) -> int:
+            try:
+                with _Termination():
+                    status = main(arguments)
+                    sys.stdout.flush()
+            except FusionError as error:
+                say(name, error)
+                return UNUSABLE
+            except BrokenPipeError:
+                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+                return 128 + signal.SIGPIPE
+            except KeyboardInterrupt:
+                say(name, "interrupted")
+                return 128 + signal.SIGINT
+            return status
+
+        return run
+
+    return decorate
+
+
+def say(name: str, message: object) -> None:
+    """Print a message of a command on stderr, on one line."""
+    print(f"{name}: {' '.join(str(message).split())}", file=sys.stderr, flush=True)
+
+
+class _Termination:
+    """While it lasts, SIGTERM unwinds as an exit does, so that files are closed."""
+
+    def __enter__(self) -> None:
+        self._main = threading.current_thread() is threading.main_thread()
+        if self._main:
+            self._before = signal.signal(signal.SIGTERM, _exit)
+
+    def __exit__(self, *_: object) -> None:
+        if self._main:
+            signal.signal(signal.SIGTERM, self._before)
+
+
+def _exit(number: int, _: FrameType | None) -> None:
+    raise SystemExit(128 + number)

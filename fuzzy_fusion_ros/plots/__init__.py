@@ -1,0 +1,1 @@
+"""Figures: drawn into files by matplotlib's Agg, never shown."""

@@ -1,0 +1,123 @@
+"""How all figures of the project look: one colour per method, everywhere.
+
+The colours are those of Okabe and Ito, which colour-blind readers can tell apart, and a few
+shades of grey. Importing this changes nothing in matplotlib; :func:`styled` does, for a while.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from fuzzy_fusion_ros.core.errors import FusionError
+
+COLOURS = MappingProxyType(
+    {
+        "truth": "#000000",
+        "ideal": "#000000",
+        "s1": "#999999",
+        "s2": "#0072B2",
+        "average": "#56B4E9",
+        "constant_weight": "#7F6D5F",
+        "no_drift": "#F0E442",
+        "aggregator": "#E69F00",
+        "complete": "#D55E00",
+        "estimate": "#D55E00",
+        "complementary": "#009E73",
+        "complementary_lowpass": "#66C2A5",
+        "kalman": "#CC79A7",
+        "kalman_bias": "#882255",
+    }
+)
+
+NAMES = MappingProxyType(
+    {
+        "truth": "truth",
+        "ideal": "ideal sensor",
+        "s1": "S1",
+        "s2": "S2",
+        "average": "average of S1 and S2",
+        "constant_weight": "constant weight",
+        "no_drift": "aggregator without drift",
+        "aggregator": "aggregator",
+        "complete": "aggregator and predictor",
+        "estimate": "estimate",
+        "complementary": "complementary filter",
+        "complementary_lowpass": "complementary filter, S1 low-passed",
+        "kalman": "Kalman filter",
+        "kalman_bias": "Kalman filter with S1's bias",
+    }
+)
+
+WIDTH_PX = 900
+_DPI = 100
+_STYLE: dict[Any, Any] = {
+    "font.size": 11.0,
+    "axes.titlesize": 12.0,
+    "axes.grid": True,
+    "grid.alpha": 0.3,
+    "grid.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "legend.frameon": False,
+    "legend.fontsize": 10.0,
+    "lines.linewidth": 1.4,
+    "svg.hashsalt": "fuzzy_fusion_ros",
+}
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """Draw in the project's style inside the block."""
+    with matplotlib.rc_context(_STYLE):
+        yield
+
+
+def new_figure(rows: int = 1, columns: int = 1, height_px: int = 500) -> tuple[Figure, list[Axes]]:
+    """Return a figure as wide as a README shows it, and its axes row by row.
+
+    Axes of one column share the x axis.
+
+    Args:
+        rows: Rows of axes.
+        columns: Columns of axes.
+        height_px: Height of the whole.
+    """
+    figure = Figure(figsize=(WIDTH_PX / _DPI, height_px / _DPI), dpi=_DPI, layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(rows, columns, sharex="col", squeeze=False)
+    return figure, list(axes.flat)
+
+
+def save(figure: Figure, path: str | Path) -> None:
+    """Write a figure into a file; its suffix names the format.
+
+    The same figure gives the same bytes.
+
+    Raises:
+        FusionError: The file cannot be written or the format is unknown.
+    """
+    target = Path(path)
+    formats = figure.canvas.get_supported_filetypes()
+    if target.suffix[1:] not in formats:
+        raise FusionError(
+            f"plot {str(path)!r} has no format that is known: end it in one of "
+            + ", ".join(f".{each}" for each in sorted(formats))
+        )
+    metadata = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(target, dpi=2 * _DPI, metadata=metadata.get(target.suffix[1:]))
+    except OSError as error:
+        raise FusionError(
+            f"plot {str(path)!r} cannot be written: {error.strerror or error}"
+        ) from error
