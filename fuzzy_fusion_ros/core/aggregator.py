@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from fuzzy_fusion_ros.core.clock import seconds_between
+from fuzzy_fusion_ros.core.finite import bounded
 from fuzzy_fusion_ros.core.membership import large
 from fuzzy_fusion_ros.core.parameters import AggregatorParameters, BreakPoints
-
-LARGEST = 1e300
-"""Bound on a rate, so that out-of-range inputs stay finite."""
 
 
 class SlowSensor(NamedTuple):
@@ -77,7 +75,7 @@ def observe_slow(
     dt = seconds_between(s2.stamp_ns, stamp_ns)
     if s2.samples > 0 and dt <= longest_gap:
         rate = (time_constant * s2.rate + (value - s2.value)) / (time_constant + dt)
-        rate = min(max(rate, -LARGEST), LARGEST)
+        rate = bounded(rate)
     return SlowSensor(samples=s2.samples + 1, stamp_ns=stamp_ns, value=value, rate=rate)
 
 
@@ -102,7 +100,7 @@ def defuzzify(
     large_small: float,
     large_large: float,
 ) -> float:
-    """Centre-average defuzzifier over singletons; the strengths already sum to 1."""
+    """Centre-average defuzzifier over singletons; the strengths sum to 1 but for rounding."""
     return (
         strengths.small_small * small_small
         + strengths.small_large * small_large
@@ -140,7 +138,9 @@ def aggregate(parameters: AggregatorParameters, s1: float, s2: float, rate: floa
     """
     strengths = firing_strengths(abs(s1 - s2), abs(rate), parameters.difference, parameters.rate)
     levels = parameters.weight
-    weight = defuzzify(strengths, levels.small, levels.large, levels.very_small, levels.very_large)
+    weight = min(
+        defuzzify(strengths, levels.small, levels.large, levels.very_small, levels.very_large), 1.0
+    )
     step = parameters.drift
     drift = defuzzify(strengths, step.small, step.large, step.small, step.small)
     value = blend(weight, s1, s2) + sign(rate) * drift

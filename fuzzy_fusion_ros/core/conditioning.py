@@ -12,6 +12,7 @@ from typing import NamedTuple
 from fuzzy_fusion_ros.core.aggregator import SlowSensor
 from fuzzy_fusion_ros.core.clock import seconds_between
 from fuzzy_fusion_ros.core.delay_line import DelayLine, delayed, empty_line, extended
+from fuzzy_fusion_ros.core.finite import bounded
 from fuzzy_fusion_ros.core.lag import lag_gain
 from fuzzy_fusion_ros.core.membership import large
 from fuzzy_fusion_ros.core.parameters import (
@@ -116,6 +117,9 @@ def condition(
         stamp_ns: Stamp of this sample, later than that of the last.
         s1: The sample, finite.
     """
+    if is_off(s1_parameters):
+        return passed_through(kept, stamp_ns, s1)
+    s1 = bounded(s1)
     dt = seconds_between(kept.stamp_ns, stamp_ns)
     smooth = Smooth(accepted=s1, rejected=0, value=s1, slope=0.0)
     lagged = s1
@@ -130,7 +134,8 @@ def condition(
         if not continues:
             line = empty_line()
         if s2.samples > 0 and s2.stamp_ns != bias.stamp_ns:
-            error = delayed(line, stamp_ns, lagged, s2.stamp_ns, s2_parameters.delay) - s2.value
+            error = delayed(line, stamp_ns, lagged, s2.stamp_ns, s2_parameters.delay)
+            error = bounded(error - s2.value)
             quiet = 1.0 - large(abs(s2.rate), rate_ramp)
             bias = learn_bias(s1_parameters, bias, s2.stamp_ns, error, quiet)
         line = extended(line, stamp_ns, lagged, s2_parameters.delay)
@@ -142,6 +147,28 @@ def condition(
         line=line,
         bias=bias,
         value=smooth.value - bias_at(bias, stamp_ns),
+    )
+
+
+def is_off(parameters: FastSensorParameters) -> bool:
+    """Return whether every step is switched off: S1 then passes as it is."""
+    return (
+        parameters.spike_threshold <= 0.0
+        and parameters.lowpass_time_constant <= 0.0
+        and parameters.bias_time_constant <= 0.0
+    )
+
+
+def passed_through(kept: Conditioned, stamp_ns: int, s1: float) -> Conditioned:
+    """Return a sample of S1 as it is."""
+    return Conditioned(
+        samples=kept.samples + 1,
+        stamp_ns=stamp_ns,
+        smooth=kept.smooth,
+        lagged=kept.lagged,
+        line=kept.line,
+        bias=kept.bias,
+        value=s1,
     )
 
 

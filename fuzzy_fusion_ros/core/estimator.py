@@ -112,7 +112,7 @@ def update(
         fa = aggregate(parameters.aggregator, s1.value, state.s2.value, state.s2.rate)
     else:
         fa = single(s1.value, 1.0)
-    prediction = prediction_at(state.predictor, stamp_ns)
+    prediction = prediction_at(parameters.predictor, state.predictor, stamp_ns)
     accepted = accepts(prediction, fa.value, parameters.gate.tolerance)
     final = combine(prediction, fa.value, accepted)
     learnt = state.predictor

@@ -57,6 +57,7 @@ class Fusion:
         shape = (parameters.predictor.samples, parameters.predictor.rules)
         old = self._parameters.predictor
         self._parameters = parameters
+        self._trigger.parameters = parameters
         if shape != (old.samples, old.rules):
             fresh = initial_state(parameters).predictor
             self._state = self._state._replace(predictor=fresh)
@@ -79,13 +80,13 @@ class Fusion:
         Returns:
             The estimate that is due now, if any.
         """
-        if not self._admits(self.s1, self._parameters.s1.timeout, sample, now_ns):
+        if not self._admits(self.s1, sample, now_ns):
             return None
         return self._do(self._trigger.on_s1(sample))
 
     def take_s2(self, sample: Sample, now_ns: int) -> Fused | None:
         """Take a sample of S2; as :meth:`take_s1`."""
-        if not self._admits(self.s2, self._parameters.s2.timeout, sample, now_ns):
+        if not self._admits(self.s2, sample, now_ns):
             return None
         return self._do(self._trigger.on_s2(sample))
 
@@ -93,14 +94,15 @@ class Fusion:
         """Take a tick of the timer, for the trigger of that name."""
         return self._do(self._trigger.on_tick())
 
-    def _admits(self, guard: Guard, timeout: float, sample: Sample, now_ns: int) -> bool:
+    def _admits(self, guard: Guard, sample: Sample, now_ns: int) -> bool:
         fault = guard.fault(
             sample.stamp_ns, sample.value, now_ns, self._parameters.future_tolerance
         )
         if fault is not None:
             guard.drop(fault)
             return False
-        if guard.jumped_back(sample.stamp_ns, timeout):
+        tolerance = min(self._parameters.s1.timeout, self._parameters.s2.timeout)
+        if guard.jumped_back(sample.stamp_ns, tolerance):
             self.restarts += 1
             self.reset()
         if not guard.admit(sample.stamp_ns):
@@ -109,8 +111,8 @@ class Fusion:
         return True
 
     def _do(self, step: Step) -> Fused | None:
-        for _ in range(step.unpaired):
-            self.s1.drop(Drop.UNPAIRED)
+        self.s1.drop(Drop.UNPAIRED, step.unpaired_s1)
+        self.s2.drop(Drop.UNPAIRED, step.unpaired_s2)
         if step.s2 is not None:
             self._state = observe_s2(self._parameters, self._state, step.s2.stamp_ns, step.s2.value)
         if step.s1 is not None:

@@ -43,6 +43,7 @@ class Guard:
         """Forget the timeline, keep the counts."""
         self.first_ns = 0
         self.newest_ns: int | None = None
+        self._in_a_row = 0
         self._older_ns = 0
         self._older_in_a_row = 0
 
@@ -68,8 +69,9 @@ class Guard:
     def jumped_back(self, stamp_ns: int, tolerance: float) -> bool:
         """Return whether a stamp opens a new timeline rather than being late in this one.
 
-        It does when it is older than the last by more than ``tolerance`` seconds, or is the
-        last of ``OLDER_IN_A_ROW`` older ones that rise among themselves.
+        It does when it is older than the last by more than ``tolerance`` seconds, when it is
+        no newer than the first of many, as in a looped recording, or when it is the last of
+        ``OLDER_IN_A_ROW`` older ones that rise among themselves.
         """
         if self.newest_ns is None or stamp_ns >= self.newest_ns:
             self._older_in_a_row = 0
@@ -79,6 +81,7 @@ class Guard:
         self._older_ns = stamp_ns
         return (
             seconds_between(stamp_ns, self.newest_ns) > tolerance
+            or (stamp_ns <= self.first_ns and self._in_a_row >= OLDER_IN_A_ROW)
             or self._older_in_a_row >= OLDER_IN_A_ROW
         )
 
@@ -89,10 +92,12 @@ class Guard:
         if self.newest_ns is None:
             self.first_ns = stamp_ns
         self.newest_ns = stamp_ns
+        self._in_a_row += 1
         self.admitted += 1
         return True
 
-    def drop(self, reason: Drop) -> None:
-        """Count a dropped sample."""
-        self.dropped[reason] += 1
-        self.last_drop = reason
+    def drop(self, reason: Drop, samples: int = 1) -> None:
+        """Count dropped samples, which may be none."""
+        if samples > 0:
+            self.dropped[reason] += samples
+            self.last_drop = reason

@@ -64,17 +64,15 @@ class Descriptor:
         Raises:
             ParameterError: Wrong type, not finite, out of range or not among the choices.
         """
-        if self.kind is float and type(value) is int:
-            value = float(value)
-        fits = type(value) is self.kind
+        fits = type(value) is self.kind or (self.kind is float and type(value) is int)
         if fits and isinstance(value, int | float) and self.kind is not bool:
-            fits = math.isfinite(value) and self.low <= value <= self.high
+            fits = self.low <= value <= self.high
         if fits and isinstance(value, str) and self.choices:
             fits = value in self.choices
         if not fits:
             unit = f" ({self.unit})" if self.unit else ""
             raise ParameterError(name, f"got {value!r}, expected {self.range}{unit}")
-        return value  # type: ignore[return-value]  # narrowed by the checks above
+        return float(value) if self.kind is float else value  # type: ignore[arg-type,return-value]  # narrowed by the checks above
 
 
 def real(default: float, text: str, *, unit: str = "", low: float = 0.0, high: float = 1e9) -> Any:

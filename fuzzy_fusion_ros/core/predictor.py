@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fuzzy_fusion_ros.core.finite import bounded
 from fuzzy_fusion_ros.core.gate import Prediction, no_prediction
 from fuzzy_fusion_ros.core.parameters import PredictorParameters
 
@@ -97,13 +98,13 @@ def untrained(samples: int, rules: int) -> Predictor:
     )
 
 
-def prediction_at(state: Predictor, stamp_ns: int) -> Prediction:
+def prediction_at(parameters: PredictorParameters, state: Predictor, stamp_ns: int) -> Prediction:
     """Eq. (13): the prediction for ``stamp_ns``, made when the last estimate came in.
 
     The predicted increment is for a step as long as the last; it is stretched to the real one.
     """
     elapsed_ns = stamp_ns - state.stamp_ns
-    if not state.ready or elapsed_ns > LONGEST_STEP * state.step_ns:
+    if not parameters.enabled or not state.ready or elapsed_ns > LONGEST_STEP * state.step_ns:
         return no_prediction()
     stretch = elapsed_ns / state.step_ns
     return Prediction(exists=True, value=state.history[-1] + stretch * state.increment)
@@ -127,7 +128,7 @@ def learn(
         state = untrained(state.history.size, state.rules.consequents.size)
     history = np.empty_like(state.history)
     history[:-1] = state.history[1:]
-    history[-1] = estimate
+    history[-1] = bounded(estimate)
     filled = min(state.filled + 1, history.size)
     trained = state.trained
     rules = state.rules

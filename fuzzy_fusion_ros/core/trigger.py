@@ -18,18 +18,31 @@ PENDING = 256
 
 
 class Step(NamedTuple):
-    """What the estimator is to do now: observe S2, if any, then estimate at S1, if any."""
+    """What the estimator is to do now: observe S2, if any, then estimate at S1, if any.
+
+    Attributes:
+        s2: The sample to observe.
+        s1: The sample to estimate at.
+        unpaired_s1, unpaired_s2: Samples given up on, because no partner can come any more.
+    """
 
     s2: Sample | None = None
     s1: Sample | None = None
-    unpaired: int = 0
+    unpaired_s1: int = 0
+    unpaired_s2: int = 0
 
 
 NOTHING = Step()
 
 
 class Trigger(Protocol):
-    """When an estimate is due."""
+    """When an estimate is due.
+
+    Attributes:
+        parameters: The parameters, replaced when they change.
+    """
+
+    parameters: Parameters
 
     def on_s1(self, sample: Sample) -> Step:
         """Take a sample of S1."""
@@ -43,6 +56,9 @@ class Trigger(Protocol):
 
 class S1Trigger:
     """At every sample of S1, with the newest of S2 held."""
+
+    def __init__(self, parameters: Parameters) -> None:
+        self.parameters = parameters
 
     def on_s1(self, sample: Sample) -> Step:
         """Estimate at it."""
@@ -60,7 +76,8 @@ class S1Trigger:
 class TimerTrigger:
     """At every tick, with the newest of both; a tick without a new S1 gives no estimate."""
 
-    def __init__(self) -> None:
+    def __init__(self, parameters: Parameters) -> None:
+        self.parameters = parameters
         self._newest: Sample | None = None
 
     def on_s1(self, sample: Sample) -> Step:
@@ -84,51 +101,63 @@ class PairTrigger:
     While one sensor is silent past its timeout, the other is released alone.
     """
 
-    def __init__(self, s1_timeout: float, s2_timeout: float) -> None:
-        self._s1 = _Waiting(s1_timeout)
-        self._s2 = _Waiting(s2_timeout)
+    def __init__(self, parameters: Parameters) -> None:
+        self.parameters = parameters
+        self._s1 = _Waiting()
+        self._s2 = _Waiting()
+        self._released_ns = -1
 
     def on_s1(self, sample: Sample) -> Step:
         """Estimate at it if its partner is there or S2 is lost."""
-        partner, unpaired = _match(sample, self._s1, self._s2)
+        self._s1.hear(sample)
+        partner = self._s2.take(sample.stamp_ns)
         if partner is not None:
-            return Step(s2=partner, s1=sample, unpaired=unpaired)
-        if self._s2.lost_at(sample.stamp_ns):
-            return Step(s1=sample)
-        return Step(unpaired=self._s1.keep(sample))
+            return self._release(sample.stamp_ns, Step(s2=partner, s1=sample))
+        if self._s2.lost_at(sample.stamp_ns, self.parameters.s2.timeout):
+            return self._release(sample.stamp_ns, Step(s1=sample))
+        return Step(unpaired_s1=self._s1.keep(sample, self._released_ns))
 
     def on_s2(self, sample: Sample) -> Step:
         """Estimate at its partner if that is there, or let it through alone if S1 is lost."""
-        partner, unpaired = _match(sample, self._s2, self._s1)
+        self._s2.hear(sample)
+        partner = self._s1.take(sample.stamp_ns)
         if partner is not None:
-            return Step(s2=sample, s1=partner, unpaired=unpaired)
-        if self._s1.lost_at(sample.stamp_ns):
-            return Step(s2=sample)
-        return Step(unpaired=self._s2.keep(sample))
+            return self._release(sample.stamp_ns, Step(s2=sample, s1=partner))
+        if self._s1.lost_at(sample.stamp_ns, self.parameters.s1.timeout):
+            return self._release(sample.stamp_ns, Step(s2=sample))
+        return Step(unpaired_s2=self._s2.keep(sample, self._released_ns))
 
     def on_tick(self) -> Step:
         """Do nothing."""
         return NOTHING
 
+    def _release(self, stamp_ns: int, step: Step) -> Step:
+        """Let a step out; what is older can pair no more."""
+        s1 = self._s1.forget_before(stamp_ns)
+        s2 = self._s2.forget_before(stamp_ns)
+        self._released_ns = stamp_ns
+        return step._replace(unpaired_s1=s1, unpaired_s2=s2)
+
 
 class _Waiting:
     """Samples of one sensor that wait for their partners, oldest first."""
 
-    def __init__(self, timeout: float) -> None:
-        self._timeout = timeout
+    def __init__(self) -> None:
         self._samples: OrderedDict[int, Sample] = OrderedDict()
         self._heard_ns: int | None = None
 
-    def hear(self, stamp_ns: int) -> None:
-        self._heard_ns = stamp_ns
+    def hear(self, sample: Sample) -> None:
+        self._heard_ns = sample.stamp_ns
 
-    def lost_at(self, stamp_ns: int) -> bool:
+    def lost_at(self, stamp_ns: int, timeout: float) -> bool:
         if self._heard_ns is None:  # awaited from the other sensor's first sample on
             self._heard_ns = stamp_ns
-        return seconds_between(self._heard_ns, stamp_ns) > self._timeout
+        return seconds_between(self._heard_ns, stamp_ns) > timeout
 
-    def keep(self, sample: Sample) -> int:
-        """Keep a sample; return how many were pushed out."""
+    def keep(self, sample: Sample, released_ns: int) -> int:
+        """Keep a sample; return how many were given up on, be it this one for being late."""
+        if sample.stamp_ns <= released_ns:
+            return 1
         self._samples[sample.stamp_ns] = sample
         if len(self._samples) <= PENDING:
             return 0
@@ -139,24 +168,18 @@ class _Waiting:
         return self._samples.pop(stamp_ns, None)
 
     def forget_before(self, stamp_ns: int) -> int:
-        """Drop what is older; return how many."""
+        """Give up on what is older; return how many."""
         older = [stamp for stamp in self._samples if stamp < stamp_ns]
         for stamp in older:
             del self._samples[stamp]
         return len(older)
 
 
-def _match(sample: Sample, own: _Waiting, other: _Waiting) -> tuple[Sample | None, int]:
-    """Return the partner of a sample, and how many older samples can have none any more."""
-    own.hear(sample.stamp_ns)
-    partner = other.take(sample.stamp_ns)
-    if partner is None:
-        return None, 0
-    return partner, own.forget_before(sample.stamp_ns) + other.forget_before(sample.stamp_ns)
-
-
 def trigger_for(parameters: Parameters) -> Trigger:
     """Return the trigger that ``parameters.trigger`` names."""
-    if parameters.trigger == "pair":
-        return PairTrigger(parameters.s1.timeout, parameters.s2.timeout)
-    return TimerTrigger() if parameters.trigger == "timer" else S1Trigger()
+    kinds: dict[str, type[Trigger]] = {
+        "s1": S1Trigger,
+        "pair": PairTrigger,
+        "timer": TimerTrigger,
+    }
+    return kinds[parameters.trigger](parameters)  # type: ignore[call-arg]
