@@ -1,0 +1,196 @@
+"""Docstrings are there, and name what is there."""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import importlib
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from fuzzy_fusion_ros.core import errors
+
+PACKAGE = "fuzzy_fusion_ros"
+ROOT = Path(__file__).resolve().parents[1]
+SOURCES = sorted((ROOT / PACKAGE).rglob("*.py"))
+
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+class Documented(NamedTuple):
+    """A public module, class or function.
+
+    Attributes:
+        name: Its dotted name, as seen from the package.
+        module: The importable name of its module.
+        node: Its syntax tree.
+        docstring: What its docstring says, ``""`` without one.
+    """
+
+    name: str
+    module: str
+    node: ast.Module | ast.ClassDef | Function
+    docstring: str
+
+
+def documented() -> Iterator[Documented]:
+    """Yield everything public in the package."""
+    for path in SOURCES:
+        parts = path.relative_to(ROOT).with_suffix("").parts
+        module = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+        yield from inside(ast.parse(path.read_text(encoding="utf-8")), module, module)
+
+
+def inside(
+    node: ast.Module | ast.ClassDef | Function, name: str, module: str
+) -> Iterator[Documented]:
+    """Yield a node and everything public in it."""
+    yield Documented(name, module, node, ast.get_docstring(node) or "")
+    if isinstance(node, ast.Module | ast.ClassDef):
+        for child in node.body:
+            if isinstance(child, ast.ClassDef | Function) and is_public(child):
+                yield from inside(child, f"{name}.{child.name}", module)
+
+
+def is_public(node: ast.ClassDef | Function) -> bool:
+    """Tell whether a class or function is for readers: a setter has its getter's docstring."""
+    decorators = [ast.unparse(decorator) for decorator in node.decorator_list]
+    spoken_for = (".setter", ".deleter", "overload")
+    return not node.name.startswith("_") and not any(d.endswith(spoken_for) for d in decorators)
+
+
+def section(docstring: str, title: str) -> list[str] | None:
+    """Return the names that a Google-style section explains, ``None`` without that section."""
+    lines = docstring.splitlines()
+    if f"{title}:" not in lines:
+        return None
+    names: list[str] = []
+    for line in lines[lines.index(f"{title}:") + 1 :]:
+        if line and not line.startswith(" "):
+            break
+        if entry := re.match(
+            r"    (\*{0,2}[\w.]+(?:, \*{0,2}[\w.]+)*)(?: \([^)]*\))?:(?: |$)", line
+        ):
+            names += entry[1].split(", ")
+    return names
+
+
+def arguments(node: ast.ClassDef | Function) -> list[str]:
+    """Name the arguments of a function, or those of a class's constructor."""
+    if isinstance(node, ast.ClassDef):
+        constructors = [n for n in node.body if isinstance(n, Function) and n.name == "__init__"]
+        return arguments(constructors[0]) if constructors else fields(node)
+    given = node.args
+    names = [a.arg for a in (*given.posonlyargs, *given.args)]
+    if given.vararg:
+        names.append(given.vararg.arg)
+    names += [a.arg for a in given.kwonlyargs]
+    if given.kwarg:
+        names.append(given.kwarg.arg)
+    return [name for name in names if name not in {"self", "cls"}]
+
+
+def fields(node: ast.ClassDef) -> list[str]:
+    """Name the fields of a dataclass or named tuple."""
+    return [
+        child.target.id
+        for child in node.body
+        if isinstance(child, ast.AnnAssign)
+        and isinstance(child.target, ast.Name)
+        and not child.target.id.startswith("_")
+        and "ClassVar" not in ast.unparse(child.annotation)
+    ]
+
+
+def is_record(node: ast.ClassDef) -> bool:
+    """Tell whether a class is a dataclass or a named tuple, whose fields are all it has."""
+    decorators = [ast.unparse(decorator) for decorator in node.decorator_list]
+    return any("dataclass" in name for name in decorators) or any(
+        ast.unparse(base).endswith("NamedTuple") for base in node.bases
+    )
+
+
+def attributes(node: ast.ClassDef) -> set[str]:
+    """Name what an instance of a class can be asked for: fields, properties and assignments."""
+    names = set(fields(node))
+    names |= {
+        child.name
+        for child in node.body
+        if isinstance(child, Function)
+        and any("property" in ast.unparse(decorator) for decorator in child.decorator_list)
+    }
+    names |= {
+        child.attr
+        for child in ast.walk(node)
+        if isinstance(child, ast.Attribute)
+        and isinstance(child.ctx, ast.Store)
+        and isinstance(child.value, ast.Name)
+        and child.value.id == "self"
+    }
+    return names | {
+        target.id
+        for child in node.body
+        if isinstance(child, ast.Assign)
+        for target in child.targets
+        if isinstance(target, ast.Name)
+    }
+
+
+def test_a_section_is_read_as_written() -> None:
+    docstring = """Do.
+
+    Args:
+        x: A number,
+            in detail: twice.
+        a, b: Two.
+        *rest: More.
+        kind (str): Old style.
+
+    Returns:
+        y: not an argument.
+    """
+    lines = ast.get_docstring(ast.parse(f'def f():\n    """{docstring}"""').body[0]) or ""  # type: ignore[arg-type]
+    assert section(lines, "Args") == ["x", "a", "b", "*rest", "kind"]
+    assert section(lines, "Raises") is None
+
+
+def test_everything_public_has_a_docstring() -> None:
+    assert [d.name for d in documented() if not d.docstring] == []
+
+
+def test_arguments_are_explained_by_their_names() -> None:
+    wrong = []
+    for d in documented():
+        explained = section(d.docstring, "Args")
+        if explained is None or isinstance(d.node, ast.Module):
+            continue
+        if [name.lstrip("*") for name in explained] != arguments(d.node):
+            wrong.append((d.name, explained, arguments(d.node)))
+    assert wrong == []
+
+
+def test_attributes_are_explained_by_their_names() -> None:
+    wrong = []
+    for d in documented():
+        explained = section(d.docstring, "Attributes")
+        if explained is None or not isinstance(d.node, ast.ClassDef):
+            continue
+        if is_record(d.node) and explained != fields(d.node):
+            wrong.append((d.name, explained, fields(d.node)))
+        elif not set(explained) <= attributes(d.node):
+            wrong.append((d.name, explained, sorted(attributes(d.node))))
+    assert wrong == []
+
+
+def test_errors_are_explained_by_their_names() -> None:
+    """An error is known where it is raised, or one of the package's own or of Python's."""
+    wrong = []
+    for d in documented():
+        for error in section(d.docstring, "Raises") or ():
+            places = (importlib.import_module(d.module), errors, builtins)
+            found = next((getattr(p, error) for p in places if hasattr(p, error)), None)
+            if not (isinstance(found, type) and issubclass(found, BaseException)):
+                wrong.append((d.name, error))
+    assert wrong == []
