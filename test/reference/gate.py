@@ -1,0 +1,10 @@
+"""Validity gate, method § 4."""
+
+from __future__ import annotations
+
+
+def final(prediction: float | None, aggregate: float, tolerance: float) -> float:
+    """Return the mean of prediction and aggregate if they agree, else the aggregate."""
+    if prediction is not None and abs(prediction - aggregate) <= tolerance:
+        return (prediction + aggregate) / 2
+    return aggregate
