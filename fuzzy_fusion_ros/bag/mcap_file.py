@@ -7,9 +7,11 @@ from bisect import bisect_left
 from collections.abc import Callable, Collection, Iterator, Set
 from pathlib import Path
 
+from mcap.opcode import Opcode
 from mcap.records import Channel
 
 from fuzzy_fusion_ros.bag.mcap_index import (
+    McapIndex,
     Segment,
     SummaryError,
     chunk_data,
@@ -53,15 +55,16 @@ class McapFile:
         self._note = note
         try:
             self._file = path.open("rb")
-            size = path.stat().st_size
         except OSError as error:
             raise BagError(f"{str(path)!r} cannot be read: {error.strerror}") from error
         try:
-            self._index = index_from_summary(self._file, size)
-        except SummaryError as error:
-            if error.is_damage:
-                note(str(error))
-            self._index = McapScan(self._file, size, note).index()
+            self._index = self._find_messages(path.stat().st_size)
+        except OSError as error:
+            self._file.close()
+            raise BagError(f"{str(path)!r} cannot be read: {error.strerror}") from error
+        except BagError as error:
+            self._file.close()
+            raise BagError(f"{str(path)!r}: {error}") from error
         self._segments = sorted(self._index.segments)
         self._channels = {
             number: self._topic(number, each) for number, each in self._index.channels.items()
@@ -94,6 +97,14 @@ class McapFile:
                 name, msgtype = wanted[channel]
                 yield BagMessage(name, msgtype, log_ns, data)
 
+    def _find_messages(self, size: int) -> McapIndex:
+        try:
+            return index_from_summary(self._file, size)
+        except SummaryError as error:
+            if error.is_damage:
+                self._note(str(error) if size else "it is empty")
+            return McapScan(self._file, size, self._note).index()
+
     def _batches(self, wanted: Set[int], start_ns: int, stop_ns: int) -> Iterator[list[_Entry]]:
         """Yield entries in order, as soon as no later segment can come before them."""
         waiting: list[_Entry] = []
@@ -105,11 +116,11 @@ class McapFile:
                 continue
             final = bisect_left(waiting, (segment.start_ns,))
             yield waiting[:final]
-            entries = self._load(segment).messages
-            if not channels or not channels <= wanted:
-                entries = [each for each in entries if each[2] in wanted]
-            if segment.start_ns < start_ns or segment.end_ns >= stop_ns:
-                entries = [each for each in entries if start_ns <= each[0] < stop_ns]
+            entries = [
+                each
+                for each in self._load(segment).messages
+                if each[2] in wanted and start_ns <= each[0] < stop_ns
+            ]
             waiting = waiting[final:] + entries
             waiting.sort()
         yield waiting
@@ -119,11 +130,15 @@ class McapFile:
         try:
             data = read_at(self._file, segment.offset, segment.length)
             if segment.is_chunk:
+                if not data.startswith(HEAD.pack(Opcode.CHUNK, segment.length - HEAD.size)):
+                    raise ValueError("there is no chunk")
                 data = chunk_data(data[HEAD.size :])
             run = split_run(data, segment.offset << _ORDER_BITS)
             problem = "" if run.is_whole else "ends within a record"
         except DAMAGE as error:
             run, problem = Run([], [], is_whole=False), f"is damaged and left out ({error})"
+        if run.messages and min(run.messages)[0] < segment.start_ns:
+            problem = "holds earlier ones too: messages may come out of order"
         if problem:
             self._note(
                 f"the chunk at byte {segment.offset}, log times {segment.start_ns} to "

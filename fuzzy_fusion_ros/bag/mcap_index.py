@@ -8,12 +8,19 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import BinaryIO, NamedTuple
 
+import zstandard
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, ChunkIndex, Schema, Statistics
 from mcap.stream_reader import get_chunk_data_stream
 from mcap.writer import MCAP0_MAGIC
 
 from fuzzy_fusion_ros.bag.mcap_records import DAMAGE, HEAD, decode, split_run
+
+LARGEST_CHUNK = 1 << 30
+"""Bytes beyond which a chunk is taken for damaged rather than read into memory."""
+
+CHUNK_FIELDS = 8 + 8 + 8 + 4 + 4 + 8
+"""What the length of a chunk counts besides the name of its compression and its data."""
 
 _FOOTER = struct.Struct("<QQI")
 _TAIL_BYTES = HEAD.size + _FOOTER.size + len(MCAP0_MAGIC)
@@ -99,6 +106,8 @@ def index_from_summary(file: BinaryIO, size: int) -> McapIndex:
     start, _, checksum = _FOOTER.unpack_from(tail, HEAD.size)
     if start == 0:
         raise SummaryError("it has no summary", is_damage=False)
+    if start > size - _TAIL_BYTES:
+        raise SummaryError("its summary is damaged")
     data = read_at(file, start, size - _TAIL_BYTES - start)
     covered = tail[: HEAD.size + _FOOTER.size - 4]
     if checksum and zlib.crc32(data + covered) != checksum:
@@ -107,7 +116,10 @@ def index_from_summary(file: BinaryIO, size: int) -> McapIndex:
 
 
 def chunk_data(content: bytes) -> bytes:
-    """Return what a chunk record holds, decompressed, its checksum checked.
+    """Return what a chunk holds, decompressed, its checksum checked.
+
+    Args:
+        content: The chunk's record behind opcode and length.
 
     Raises:
         One of ``DAMAGE``: The chunk is damaged or its compression is unknown.
@@ -115,6 +127,14 @@ def chunk_data(content: bytes) -> bytes:
     chunk = decode(Opcode.CHUNK, content)
     if not isinstance(chunk, Chunk):
         raise TypeError("this is no chunk")
+    if CHUNK_FIELDS + len(chunk.compression) + len(chunk.data) != len(content):
+        raise ValueError("its lengths disagree")
+    size = chunk.uncompressed_size
+    if chunk.compression == "zstd":
+        declared = zstandard.frame_content_size(chunk.data)
+        size = size if declared < 0 else declared
+    if size > LARGEST_CHUNK:
+        raise ValueError(f"it claims {size} bytes")
     stream, size = get_chunk_data_stream(chunk, validate_crc=True)
     if size != chunk.uncompressed_size:
         raise ValueError(f"it holds {size} bytes instead of {chunk.uncompressed_size}")

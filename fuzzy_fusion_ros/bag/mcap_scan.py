@@ -11,19 +11,25 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 from mcap.writer import MCAP0_MAGIC
 
-from fuzzy_fusion_ros.bag.mcap_index import McapIndex, Segment, chunk_data, read_at
+from fuzzy_fusion_ros.bag.mcap_index import (
+    CHUNK_FIELDS,
+    LARGEST_CHUNK,
+    McapIndex,
+    Segment,
+    chunk_data,
+    read_at,
+)
 from fuzzy_fusion_ros.bag.mcap_records import DAMAGE, HEAD, MESSAGE, decode, split_run
+from fuzzy_fusion_ros.core.errors import BagError
 
 _BLOCK_BYTES = 1 << 20
 _RUN_BYTES = 1 << 20
-_LARGEST_CHUNK = 1 << 30
 
 # A chunk's length, times, size and checksum, compression, and the length of its records.
 _CHUNK = re.compile(
     rb"\x06(.{5}\0{3}).{28}(\0{4}|\x03\0{3}lz4|\x04\0{3}zstd)(.{5}\0{3})", re.DOTALL
 )
-_CHUNK_FIELDS = 8 + 8 + 8 + 4 + 8  # what the length of a chunk counts besides those two
-_CHUNK_HEAD_BYTES = HEAD.size + _CHUNK_FIELDS + 8
+_CHUNK_HEAD_BYTES = HEAD.size + CHUNK_FIELDS + len("zstd")
 
 
 class McapScan:
@@ -50,10 +56,20 @@ class McapScan:
         self._run: list[tuple[int, int]] = []
 
     def index(self) -> McapIndex:
-        """Return where the messages are."""
+        """Return where the messages are.
+
+        Raises:
+            BagError: It neither begins as an MCAP file nor holds a chunk.
+        """
         position = len(MCAP0_MAGIC)
-        if read_at(self._file, 0, position) != MCAP0_MAGIC:
-            position = self._skip(0, "it does not begin as an MCAP file")
+        begin = read_at(self._file, 0, position + 1)
+        if begin[:position] != MCAP0_MAGIC[: len(begin)]:
+            if begin[position:] == bytes([Opcode.HEADER]):
+                self._note("it does not begin as an MCAP file, but goes on as one")
+            else:
+                position = self._skip(0, "it does not begin as an MCAP file")
+                if position == self._size:
+                    raise BagError(f"it is no MCAP file: it begins with {begin!r}")
         while position < self._size:
             position = self._read_record(position)
         self._end_run(self._size)
@@ -70,7 +86,7 @@ class McapScan:
         end = position + HEAD.size + int(length)
         if opcode not in Opcode.__members__.values():
             return self._skip(position, "they are no MCAP records")
-        if end > self._size or (opcode == Opcode.CHUNK and length > _LARGEST_CHUNK):
+        if end > self._size or (opcode == Opcode.CHUNK and length > LARGEST_CHUNK):
             return self._skip(position, "a record is cut off")
         if opcode == Opcode.MESSAGE:
             return self._take_message(position, end)
@@ -153,7 +169,7 @@ class McapScan:
             while match := _CHUNK.search(block, at):
                 length, compression, records = match.groups()
                 declared = int.from_bytes(length, "little")
-                expected = int.from_bytes(records, "little") + len(compression) + _CHUNK_FIELDS
+                expected = int.from_bytes(records, "little") + len(compression) - 4 + CHUNK_FIELDS
                 end = position + match.start() + HEAD.size + declared
                 if declared == expected and end <= self._size:
                     return position + match.start()

@@ -76,7 +76,11 @@ class McapWriter:
         self._pending_bytes = 0
         self._progress = _Progress()
         opening = MCAP0_MAGIC + encode([Header("ros2", "fuzzy_fusion_ros")])
-        self._put(0, opening)
+        try:
+            self._put(0, opening)
+        except OSError:
+            self._file.close()
+            raise
         self._progress = replace(self._progress, end=len(opening))
 
     @property

@@ -17,7 +17,7 @@ from typing import Any
 import zstandard
 
 from fuzzy_fusion_ros.bag.problems import Problems
-from fuzzy_fusion_ros.bag.storage import Storage, find_files, open_file
+from fuzzy_fusion_ros.bag.storage import Storage, find_files, is_compressed, open_file
 from fuzzy_fusion_ros.bag.topic import BagMessage, Topic
 from fuzzy_fusion_ros.bag.typestore import BagTypes
 from fuzzy_fusion_ros.core.errors import BagError
@@ -166,7 +166,9 @@ class BagReader:
 
     def _open(self, files: list[Path]) -> list[Storage]:
         """Open all files that can be; refuse if none can."""
-        scratch = Path(self._stack.enter_context(tempfile.TemporaryDirectory()))
+        scratch = None
+        if any(is_compressed(file) for file in files):
+            scratch = Path(self._stack.enter_context(tempfile.TemporaryDirectory()))
         storages: list[Storage] = []
         refusals: list[BagError] = []
         for file in files:

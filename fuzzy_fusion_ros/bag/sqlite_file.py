@@ -13,6 +13,9 @@ from fuzzy_fusion_ros.bag.qos import qos_from_rosbag2
 from fuzzy_fusion_ros.bag.topic import BagMessage, Definition, Topic
 from fuzzy_fusion_ros.core.errors import BagError
 
+# What sqlite3 raises on damaged files, and what wrong types in their rows lead to.
+_DAMAGE = (sqlite3.Error, UnicodeDecodeError, LookupError, TypeError, ValueError, OverflowError)
+
 
 class SqliteFile:
     """One sqlite3 file, of any version of rosbag2.
@@ -41,21 +44,24 @@ class SqliteFile:
         self.end_ns: int | None = None
         try:
             self._database = _connect(path)
+        except _DAMAGE as error:
+            raise BagError(f"{str(path)!r} is no readable sqlite3 bag: {error}") from error
+        try:
             definitions = self._definitions()
             rows = self._query("SELECT * FROM topics ORDER BY id")
             topics = {row["id"]: self._topic(row, definitions) for row in rows}
-        except sqlite3.Error as error:
+        except _DAMAGE as error:
+            self._database.close()
             raise BagError(f"{str(path)!r} is no readable sqlite3 bag: {error}") from error
-        counts: Counter[int] | None = Counter()
+        counts: Counter[int] | None = None
         try:
-            counts = Counter(
-                dict(self._query("SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id"))
-            )
             ((self.start_ns, self.end_ns),) = self._query(
                 "SELECT MIN(timestamp), MAX(timestamp) FROM messages"
             )
-        except sqlite3.Error as error:
-            counts = None
+            counts = Counter(
+                dict(self._query("SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id"))
+            )
+        except _DAMAGE as error:
             note(f"it is damaged ({error})")
         self._topics: dict[int, Topic] = {
             number: topic._replace(message_count=counts[number] if counts is not None else None)
@@ -84,15 +90,19 @@ class SqliteFile:
         }
         reached = start_ns
         try:
-            for number, reached, data in self._database.execute(
+            for number, log_ns, data in self._database.execute(
                 "SELECT topic_id, timestamp, data FROM messages "
                 "WHERE timestamp >= ? AND timestamp < ? "
                 f"AND topic_id IN ({','.join(map(str, wanted))}) ORDER BY timestamp, id",
                 (start_ns, stop_ns),
             ):
+                if not (isinstance(log_ns, int) and isinstance(data, bytes)):
+                    self._note(f"a message behind log time {reached} ns is damaged")
+                    continue
+                reached = log_ns
                 name, msgtype = wanted[number]
-                yield BagMessage(name, msgtype, reached, bytes(data))
-        except sqlite3.Error as error:
+                yield BagMessage(name, msgtype, log_ns, data)
+        except _DAMAGE as error:
             self._note(f"messages from log time {reached} ns on are lost ({error})")
 
     def _query(self, statement: str) -> list[Any]:
@@ -128,14 +138,18 @@ class SqliteFile:
 def _connect(path: Path) -> sqlite3.Connection:
     """Return a read-only connection; the write-ahead log is used where it can be."""
     place = f"file:{quote(str(path.resolve()))}"
-    for mode in ("mode=ro", "immutable=1"):
-        database = sqlite3.connect(f"{place}?{mode}", uri=True)
-        database.row_factory = sqlite3.Row
-        try:
-            database.execute("SELECT 1 FROM sqlite_master").fetchall()
-        except sqlite3.OperationalError:
-            if mode == "immutable=1":
-                raise
-        else:
-            return database
-    raise AssertionError
+    try:
+        return _try_to_connect(f"{place}?mode=ro")
+    except sqlite3.OperationalError:  # the log needs a file beside it that cannot be made
+        return _try_to_connect(f"{place}?immutable=1")
+
+
+def _try_to_connect(uri: str) -> sqlite3.Connection:
+    database = sqlite3.connect(uri, uri=True)
+    database.row_factory = sqlite3.Row
+    try:
+        database.execute("SELECT 1 FROM sqlite_master").fetchall()
+    except _DAMAGE:
+        database.close()
+        raise
+    return database

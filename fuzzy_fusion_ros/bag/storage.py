@@ -78,18 +78,23 @@ def find_files(path: Path, problems: Problems) -> tuple[list[Path], Metadata | N
     return files or present, metadata
 
 
-def open_file(path: Path, scratch: Path, note: Callable[[str], None]) -> Storage:
+def is_compressed(path: Path) -> bool:
+    """Return whether a storage file is compressed as a whole."""
+    return path.suffix == _COMPRESSED
+
+
+def open_file(path: Path, scratch: Path | None, note: Callable[[str], None]) -> Storage:
     """Open a storage file, decompressed first if it is compressed as a whole.
 
     Args:
         path: The file.
-        scratch: A directory to decompress it into.
+        scratch: A directory to decompress it into; needed if it is compressed.
         note: Told of all that is not whole.
 
     Raises:
         BagError: It cannot be read or is of no kind that is known.
     """
-    if path.suffix == _COMPRESSED:
+    if is_compressed(path) and scratch is not None:
         path = _decompress(path, scratch, note)
     kind = _KINDS.get(path.suffix)
     if kind is None:

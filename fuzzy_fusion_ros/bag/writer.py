@@ -48,8 +48,12 @@ class BagWriter:
                 raise BagError(f"bag {str(path)!r} exists: name a new directory or remove it")
             self._file_name = f"{self.path.resolve().name}_0.mcap"
             self._file = McapWriter(self.path / self._file_name)
+        except OSError as error:
+            raise self._refusal(error) from error
+        try:
             self._write_metadata()
         except OSError as error:
+            self._file.close()
             raise self._refusal(error) from error
 
     def __enter__(self) -> BagWriter:
