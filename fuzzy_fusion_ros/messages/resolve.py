@@ -28,7 +28,8 @@ def resolve_field(types: TypeDescriptions, type_name: str, text: str = "") -> Fi
         types: Who describes message types.
         type_name: ``package/msg/Type``.
         text: The path, or empty for the default field of the type: that of
-            ``DEFAULT_FIELDS``, else the only float outside header and variances.
+            ``DEFAULT_FIELDS``, else the only float outside header, arrays and variances, or
+            the only integer where there are no floats.
 
     Raises:
         MessageError: The type is unknown, has no such field, the field is no number, or there
@@ -88,13 +89,9 @@ def _follow(
 def _default_field(types: TypeDescriptions, name: str) -> str:
     if name in DEFAULT_FIELDS:
         return DEFAULT_FIELDS[name]
-    scalars = [
-        (path, field)
-        for path, field in _walk(types, name, "", 0)
-        if not field.is_array and not _is_spread(path)
-    ]
-    floats = [path for path, field in scalars if field.name in FLOATS]
-    choice = floats or [path for path, _ in scalars]
+    found = [each for each in _walk(types, name, "", 0) if not _is_spread(each[0])]
+    floats = [each for each in found if each[1].name in FLOATS]
+    choice = [path for path, field in floats or found if not field.is_array]
     if len(choice) != 1:
         raise MessageError(f"{name} has no default field{_advice(types, name)}")
     return choice[0]
