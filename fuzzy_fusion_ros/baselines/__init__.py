@@ -1,0 +1,32 @@
+"""What a user would pick instead: linear filters, each a ``Method`` of ``core.series``.
+
+Pure functions over named tuples, like ``core``, so that replay, score and the closed loop run
+them as they run the fuzzy estimator. All wait for the first sample of S2.
+"""
+
+from fuzzy_fusion_ros.baselines.complementary import complementary
+from fuzzy_fusion_ros.baselines.constant_weight import constant_weight
+from fuzzy_fusion_ros.baselines.defaults import baselines_for
+from fuzzy_fusion_ros.baselines.kalman import kalman
+from fuzzy_fusion_ros.baselines.parameters import (
+    BaselineParameters,
+    ComplementaryParameters,
+    ConstantWeightParameters,
+    KalmanParameters,
+)
+from fuzzy_fusion_ros.baselines.registry import BASELINES, Baseline, Knob, methods
+
+__all__ = [
+    "BASELINES",
+    "Baseline",
+    "BaselineParameters",
+    "ComplementaryParameters",
+    "ConstantWeightParameters",
+    "KalmanParameters",
+    "Knob",
+    "baselines_for",
+    "complementary",
+    "constant_weight",
+    "kalman",
+    "methods",
+]

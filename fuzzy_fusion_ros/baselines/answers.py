@@ -1,0 +1,40 @@
+"""Estimates as baselines give them: a value, and no rules to explain it."""
+
+from __future__ import annotations
+
+from fuzzy_fusion_ros.core.aggregator import single
+from fuzzy_fusion_ros.core.estimator import FUSED, WAITING, Estimate
+from fuzzy_fusion_ros.core.gate import no_prediction
+
+LARGEST = 1e300
+"""Bound on every value, so that out-of-range inputs stay finite."""
+
+
+def estimated(value: float, weight: float) -> Estimate:
+    """Return an estimate.
+
+    Args:
+        value: The estimate, finite.
+        weight: The share of S1 in the step, for the trace.
+    """
+    return _estimate(FUSED, value, weight)
+
+
+def waiting() -> Estimate:
+    """Return the estimate that is none, while S2 has not spoken."""
+    return _estimate(WAITING, 0.0, 0.0)
+
+
+def bounded(value: float) -> float:
+    """Return a value, or the nearest bound."""
+    return min(max(value, -LARGEST), LARGEST)
+
+
+def _estimate(mode: int, value: float, weight: float) -> Estimate:
+    return Estimate(
+        mode=mode,
+        value=value,
+        aggregate=single(value, weight),
+        prediction=no_prediction(),
+        accepted=False,
+    )
