@@ -2,29 +2,41 @@
 
 from __future__ import annotations
 
+import contextlib
+import struct
 from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import Any
 
-from rosbags.interfaces import Nodetype
+import numpy as np
+from rosbags.interfaces import Msgdef, Nodetype
 from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, TypesysError, get_types_from_idl, get_types_from_msg
 from rosbags.typesys import get_typestore as _get_typestore
+from rosbags.typesys.store import Typestore
 
+from fuzzy_fusion_ros.bag.from_rclpy import dataclass_from_rclpy
 from fuzzy_fusion_ros.bag.installed import installed_definition
 from fuzzy_fusion_ros.bag.topic import Definition, Topic
 from fuzzy_fusion_ros.core.errors import BagError, MessageError
 from fuzzy_fusion_ros.messages.type_fields import FieldType
+from fuzzy_fusion_ros.messages.type_names import type_name_of
 
 _SEPARATOR = "=" * 80 + "\n"
+_ENCAPSULATIONS = (b"\0\1", b"\0\0")
+_SLACK_BYTES = 8
+"""What rclpy may leave behind a message for each empty array in it: it sizes its memory as if
+the elements of such an array were to be aligned, but hands all of it out."""
+
+# What rosbags' generated code raises on bytes that do not fit.
+_UNFIT = (SerdeError, struct.error, ValueError, LookupError, OverflowError, MemoryError)
 
 
 class BagTypes:
     """The message types that a bag describes, and those of ROS 2 Jazzy.
 
     What a bag says about a type holds for its messages, even if Jazzy's type of that name
-    differs. A type that neither describes is looked up among the installed ones when its
-    definition is asked for.
+    differs. A type that neither describes is looked up among the installed ones.
 
     Attributes:
         problems: One line per definition that cannot be used.
@@ -53,27 +65,48 @@ class BagTypes:
             BagError: The type is not known.
             MessageError: This message does not have the layout of its type.
         """
-        self._require(msgtype)
+        layout = self._store.cache.get(msgtype) or self._layout(msgtype)
+        if data[:2] not in _ENCAPSULATIONS:
+            raise MessageError(f"a message is no {msgtype}: it begins with {data[:4]!r}, no CDR")
+        read = layout.deserialize_cdr_le if data[1] else layout.deserialize_cdr_be
         try:
-            return self._store.deserialize_cdr(data, msgtype)
-        except SerdeError as error:
+            message, end = read(data[4:], 0, layout.cls, self._store)
+        except _UNFIT as error:
             raise MessageError(f"a message is no {msgtype}: {error}") from error
-        except (IndexError, OverflowError, MemoryError) as error:
-            raise MessageError(f"a message is no {msgtype}: it ends too early") from error
+        if end + 4 + 3 < len(data):
+            excess = len(data) - end - 4
+            if excess > 3 + _SLACK_BYTES * _empty_arrays(message):
+                raise MessageError(f"a message is no {msgtype}: it has {excess} bytes too many")
+        return message
 
-    def serialize(self, message: object) -> bytes:
-        """Return the CDR bytes of one of rosbags' dataclasses, the same that rclpy gives.
+    def serialize(self, message: Any) -> bytes:
+        """Return the CDR bytes of a message of rosbags or of rclpy.
+
+        They are what rclpy's ``serialize_message`` returns, with zeros where that leaves its
+        memory as it found it (padding), and without the bytes that it may leave at the end: the
+        same message gives the same bytes in every run.
 
         Raises:
-            MessageError: It is no such message, or a field holds what its type cannot.
+            BagError: The type is not known.
+            MessageError: A field holds what its type cannot.
         """
-        msgtype = getattr(message, "__msgtype__", None)
-        if not isinstance(msgtype, str) or msgtype not in self._store.fielddefs:
-            raise MessageError(f"{type(message).__name__} is no message type of this bag")
+        msgtype = type_name_of(message)
+        self._layout(msgtype)
         try:
+            if not hasattr(message, "__msgtype__"):
+                message = dataclass_from_rclpy(message, msgtype, self._store)
             return bytes(self._store.serialize_cdr(message, msgtype, little_endian=True))
         except Exception as error:  # generated code: any error means that a value does not fit
             raise MessageError(f"{msgtype} cannot be serialised: {error}") from error
+
+    def canonical(self, msgtype: str, data: bytes) -> bytes:
+        """Return serialised bytes with zeros in the padding, as :meth:`serialize` gives them.
+
+        Raises:
+            BagError: The type is not known.
+            MessageError: The message does not have the layout of its type.
+        """
+        return self.serialize(self.decode(msgtype, data))
 
     def message_class(self, msgtype: str) -> Any:
         """Return the dataclass of a type.
@@ -81,7 +114,7 @@ class BagTypes:
         Raises:
             BagError: The type is not known.
         """
-        self._require(msgtype)
+        self._layout(msgtype)
         return self._store.types[msgtype]
 
     def fields(self, type_name: str) -> Mapping[str, FieldType]:
@@ -103,25 +136,31 @@ class BagTypes:
         known = self._definitions.get(msgtype)
         if known is None and msgtype in self._store.fielddefs:
             text, _ = self._store.generate_msgdef(msgtype, ros_version=2)
-            known = Definition("ros2msg", text, self._store.hash_rihs01(msgtype))
+            known = Definition("ros2msg", text, _digest(self._store, msgtype))
         if known is None:
             known = installed_definition(msgtype)
         self._definitions[msgtype] = known
         return known
 
-    def _require(self, msgtype: str) -> None:
-        """Make sure that a type can be decoded."""
-        if msgtype in self._store.cache:
-            return
+    def _layout(self, msgtype: str) -> Msgdef[Any]:
+        """Return how a type is read and written."""
+        if msgtype not in self._store.fielddefs:
+            self._take_in_installed(msgtype)
+        try:
+            return self._store.get_msgdef(msgtype)
+        except Exception as error:  # generated code: a nested type is missing or recursive
+            raise BagError(f"message type {msgtype!r} is described badly: {error!r}") from error
+
+    def _take_in_installed(self, msgtype: str) -> None:
+        own: dict[str, Any] = {}
+        with contextlib.suppress(BagError):
+            self._take_in(msgtype, installed_definition(msgtype), own)
+            self._register(own)
         if msgtype not in self._store.fielddefs:
             raise BagError(
                 f"message type {msgtype!r} is neither described by the bag nor part of ROS 2 "
-                "Jazzy: its messages can be copied but not decoded"
+                "Jazzy nor installed: its messages can be copied but not decoded"
             )
-        try:
-            self._store.get_msgdef(msgtype)
-        except Exception as error:  # generated code: a nested type is missing or recursive
-            raise BagError(f"message type {msgtype!r} is described badly: {error!r}") from error
 
     def _take_in(self, msgtype: str, definition: Definition, own: dict[str, Any]) -> None:
         try:
@@ -154,18 +193,20 @@ class BagTypes:
 
 @cache
 def jazzy_types() -> BagTypes:
-    """Return the types of ROS 2 Jazzy alone."""
+    """Return the types of ROS 2 Jazzy, and those that are installed."""
     return BagTypes()
 
 
 def serialize(message: object) -> bytes:
-    """Return the CDR bytes of a message of one of Jazzy's types, the same that rclpy gives.
+    """Return the CDR bytes of a message, the same in every run: see :meth:`BagTypes.serialize`.
 
     Args:
-        message: One of rosbags' dataclasses, such as ``jazzy_types().message_class(...)`` makes.
+        message: A message of rclpy, or one of rosbags' dataclasses, such as
+            ``jazzy_types().message_class(...)`` makes.
 
     Raises:
-        MessageError: It is no such message, or a field holds what its type cannot.
+        BagError: Its type is neither one of Jazzy's nor installed.
+        MessageError: A field holds what its type cannot.
     """
     return jazzy_types().serialize(message)
 
@@ -190,6 +231,34 @@ def _same(known: Any, other: Any) -> bool:
     return [(name.lower(), each) for name, each in known[1]] == [
         (name.lower(), each) for name, each in other[1]
     ]
+
+
+def _empty_arrays(message: Any) -> int:
+    """Count the arrays without elements in a message and in those in it."""
+    count = 0
+    for name in message.__dataclass_fields__:
+        value = getattr(message, name)
+        if isinstance(value, list | np.ndarray):
+            count += len(value) == 0
+            values = value if isinstance(value, list) else []
+        else:
+            values = [value]
+        count += sum(_empty_arrays(each) for each in values if hasattr(each, "__msgtype__"))
+    return count
+
+
+def _digest(store: Typestore, msgtype: str) -> str:
+    """Return the RIHS01 hash of a type: rosidl takes a char for a uint8, rosbags does not."""
+    translated = Typestore()
+    for name, (constants, fields) in store.fielddefs.items():
+        translated.fielddefs[name] = (constants, [(each, _rosidl(kind)) for each, kind in fields])
+    return translated.hash_rihs01(msgtype)
+
+
+def _rosidl(described: Any) -> Any:
+    if isinstance(described, tuple):
+        return tuple(_rosidl(each) for each in described)
+    return "uint8" if described == "char" else described
 
 
 def _field_type(described: Any) -> FieldType:

@@ -81,7 +81,7 @@ class FieldPath:
             value = self._get(message)
         except (AttributeError, IndexError, TypeError, ValueError):
             raise MessageError(self._why_not(message)) from None
-        return value if value.__class__ is float else as_float(value, self.text)
+        return value if value.__class__ is float else as_float(value, self.number, self.text)
 
     def write(self, message: object, value: float) -> None:
         """Set the number in place; a field of an integer type takes the nearest integer.

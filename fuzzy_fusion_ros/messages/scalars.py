@@ -10,18 +10,20 @@ from fuzzy_fusion_ros.core.errors import MessageError
 from fuzzy_fusion_ros.messages.type_fields import INTEGER_RANGES
 
 
-def as_float(value: object, name: str) -> float:
+def as_float(value: object, number: str, name: str) -> float:
     """Return the number that a field holds.
 
     Args:
         value: A number, or the single byte that rclpy gives for a ``byte`` field.
+        number: The type of the field, such as ``float64``.
         name: The path of the field, for the error.
 
     Raises:
         MessageError: The value is a bool, a text, a message or an array.
     """
     if isinstance(value, (float, int)) and not isinstance(value, bool):
-        return float(value)
+        # rosbags reads a byte as signed, rclpy as unsigned
+        return float(value) + 256.0 if value < 0 and number == "uint8" else float(value)
     if isinstance(value, bytes) and len(value) == 1:
         return float(value[0])
     if isinstance(value, bool) or not isinstance(value, numbers.Real):  # numpy's are Real

@@ -1,0 +1,291 @@
+"""A recording in memory: what the fusion would take of a bag, and what to compare it with."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from fuzzy_fusion_ros.bag.reader import BagReader
+from fuzzy_fusion_ros.bag.ticks import Ticks
+from fuzzy_fusion_ros.bag.topic import BagMessage
+from fuzzy_fusion_ros.core.errors import BagError, MessageError
+from fuzzy_fusion_ros.core.guard import Drop, Guard
+from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.core.sample import Sample
+from fuzzy_fusion_ros.core.series import Reals, Series, Stamps
+from fuzzy_fusion_ros.core.trigger import Step, trigger_for
+from fuzzy_fusion_ros.messages import FieldPath, resolve_field, sample_from_message
+
+Through = Callable[[Iterable[BagMessage]], Iterable[BagMessage]]
+"""Passes messages on, and shows how far it is."""
+
+LONGEST_LATE = 1.0
+"""Seconds by which the stamp of an estimate or a truth may be late before time has jumped back."""
+
+UNREADABLE = "message does not hold the number"
+
+
+class Topics(NamedTuple):
+    """What to read.
+
+    Attributes:
+        s1: Topic of S1.
+        s2: Topic of S2.
+        estimate: Topic of the estimate.
+        truth: Topic of the truth.
+        fields: Paths of the numbers by topic; under ``""`` one for every topic whose type has
+            it. Empty or missing: the type's own.
+    """
+
+    s1: str = "/s1"
+    s2: str = "/s2"
+    estimate: str = "/estimate"
+    truth: str = "/truth"
+    fields: Mapping[str, str] = {}
+
+
+class Track(NamedTuple):
+    """The samples of one topic that can be used.
+
+    Attributes:
+        stamps_ns: Their stamps, rising, shape (n,), nanoseconds.
+        values: Finite, shape (n,).
+        log_ns: When they were recorded, shape (n,), nanoseconds.
+    """
+
+    stamps_ns: Stamps
+    values: Reals
+    log_ns: Stamps
+
+
+class Recording(NamedTuple):
+    """What a bag holds for the fusion.
+
+    Attributes:
+        name: The bag, for messages.
+        s1: Samples of S1.
+        s2: Samples of S2.
+        estimate: The estimates, empty if the bag has none.
+        truth: The truth, empty if the bag has none.
+        series: The steps of an estimator, in the order in which the trigger makes them.
+        start_ns: Log time of the bag's first message: where seconds count from.
+        unit: Unit of the signal, ``""`` where the types do not tell.
+        notes: What was left out and why, one line each.
+    """
+
+    name: str
+    s1: Track
+    s2: Track
+    estimate: Track
+    truth: Track
+    series: Series
+    start_ns: int
+    unit: str
+    notes: tuple[str, ...]
+
+
+def read_recording(
+    bag: BagReader,
+    topics: Topics,
+    parameters: Parameters,
+    start_s: float | None = None,
+    end_s: float | None = None,
+    through: Through = lambda messages: messages,
+) -> Recording:
+    """Read the samples of a bag as a node would take them.
+
+    Where time jumps back (a looped bag, a restarted simulation), only what comes before is
+    read.
+
+    Args:
+        bag: The bag; S1 and S2 must be in it, estimate and truth may be missing.
+        topics: What to read.
+        parameters: Trigger, timeouts and tolerances; fields of S1 and S2 that ``topics`` lacks.
+        start_s: Where to begin, seconds from the bag's first message.
+        end_s: Where to end, before this.
+        through: Passes the messages on.
+
+    Raises:
+        BagError: S1 or S2 is not in the bag or has no usable sample.
+        MessageError: A field is not in its type.
+    """
+    bag.require_topics(topics.s1, topics.s2)
+    intake = _Intake(parameters)
+    readers = {
+        topics.s1: _Reader(parameters.s1.timeout, intake.take_s1),
+        topics.s2: _Reader(parameters.s2.timeout, intake.take_s2),
+        topics.estimate: _Reader(LONGEST_LATE),
+        topics.truth: _Reader(LONGEST_LATE),
+    }
+    fields = fields_of(bag, topics, parameters)
+    notes: list[str] = []
+    for message in through(bag.messages(list(fields), start_s, end_s)):
+        intake.tick(message.log_ns)
+        reader = readers[message.topic]
+        try:
+            value = bag.decode(message)
+            sample = Sample(*sample_from_message(value, fields[message.topic], message.log_ns))
+        except MessageError:
+            reader.dropped[UNREADABLE] += 1
+            continue
+        if not reader.take(sample, message.log_ns, parameters.future_tolerance):
+            at_s = (message.log_ns - (bag.start_ns or 0)) * 1e-9
+            notes.append(
+                f"stamps of {message.topic} jump back after {at_s:.3f} s: only what comes before "
+                f"is used; --start {at_s:.3f} takes what comes after"
+            )
+            break
+    for topic, reader in readers.items():
+        notes += reader.notes(topic)
+        if reader.is_empty and topic in {topics.s1, topics.s2}:
+            why = "; ".join(reader.notes(topic)) or "it has no message in this span"
+            raise BagError(f"bag {str(bag.path)!r}: nothing on {topic} can be used: {why}")
+    return Recording(
+        name=str(bag.path),
+        s1=readers[topics.s1].track(),
+        s2=readers[topics.s2].track(),
+        estimate=readers[topics.estimate].track(),
+        truth=readers[topics.truth].track(),
+        series=intake.series(),
+        start_ns=bag.start_ns or 0,
+        unit=unit_of(bag.topics[topics.s2].msgtype, fields[topics.s2].text),
+        notes=(*notes, *bag.problems),
+    )
+
+
+def fields_of(bag: BagReader, topics: Topics, parameters: Parameters) -> dict[str, FieldPath]:
+    """Return where the number is, for each of the topics that the bag has.
+
+    Raises:
+        MessageError: A path is not in its type, or is needed and not given.
+    """
+    own = {topics.s1: parameters.s1.field, topics.s2: parameters.s2.field}
+    own[topics.estimate] = parameters.estimate.field
+    found = {}
+    for topic in (topics.s1, topics.s2, topics.estimate, topics.truth):
+        if topic in bag.topics:
+            given = topics.fields.get(topic) or own.get(topic, "")
+            found[topic] = _field(bag, topic, given, topics.fields.get("", ""))
+    return found
+
+
+def _field(bag: BagReader, topic: str, given: str, anywhere: str) -> FieldPath:
+    msgtype = bag.topics[topic].msgtype
+    try:
+        return resolve_field(bag.types, msgtype, given or anywhere)
+    except MessageError as error:
+        if anywhere and not given:
+            try:
+                return resolve_field(bag.types, msgtype)
+            except MessageError:
+                pass
+        raise MessageError(f"topic {topic}: {error}") from None
+
+
+_UNITS = {
+    "linear_acceleration": "m/s^2",
+    "accel.linear": "m/s^2",
+    "accel.angular": "rad/s^2",
+    "angular_velocity": "rad/s",
+    "twist.linear": "m/s",
+    "twist.angular": "rad/s",
+    "sensor_msgs/msg/Range": "m",
+    "sensor_msgs/msg/Temperature": "degC",
+    "sensor_msgs/msg/FluidPressure": "Pa",
+    "sensor_msgs/msg/MagneticField": "T",
+    "sensor_msgs/msg/Illuminance": "lx",
+}
+
+
+def unit_of(msgtype: str, field: str) -> str:
+    """Return the unit that a standard message says a number has; ``""`` for a plain scalar."""
+    return next((unit for mark, unit in _UNITS.items() if mark in f"{msgtype} {field}"), "")
+
+
+class _Reader:
+    """The samples of one topic that pass its guard."""
+
+    def __init__(
+        self, tolerance: float, then: Callable[[Sample], None] = lambda sample: None
+    ) -> None:
+        self.dropped: Counter[str] = Counter()
+        self._guard = Guard()
+        self._tolerance = tolerance
+        self._then = then
+        self._rows: list[tuple[int, float, int]] = []
+
+    @property
+    def is_empty(self) -> bool:
+        return not self._rows
+
+    def take(self, sample: Sample, log_ns: int, future_tolerance: float) -> bool:
+        """Take a sample or count why not; return whether time goes on."""
+        fault = self._guard.fault(sample.stamp_ns, sample.value, log_ns, future_tolerance)
+        if fault is None and self._guard.jumped_back(sample.stamp_ns, self._tolerance):
+            return False
+        if fault is None and not self._guard.admit(sample.stamp_ns):
+            fault = Drop.NOT_NEWER
+        if fault is not None:
+            self.dropped[fault.value] += 1
+            return True
+        self._rows.append((sample.stamp_ns, sample.value, log_ns))
+        self._then(sample)
+        return True
+
+    def notes(self, topic: str) -> Iterator[str]:
+        for reason, count in self.dropped.items():
+            yield f"{topic}: {count} left out, {reason}"
+
+    def track(self) -> Track:
+        stamps, values, logs = zip(*self._rows, strict=True) if self._rows else ((), (), ())
+        return Track(
+            np.array(stamps, np.int64), np.array(values, np.float64), np.array(logs, np.int64)
+        )
+
+
+class _Intake:
+    """The steps that the trigger makes of admitted samples, as arrays."""
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._trigger = trigger_for(parameters)
+        self._ticks = Ticks(parameters)
+        self._s1: list[Sample] = []
+        self._s2: list[Sample] = []
+        self._known: list[int] = []
+
+    def tick(self, log_ns: int) -> None:
+        if self._ticks.due(log_ns) is not None:
+            self._do(self._trigger.on_tick())
+
+    def take_s1(self, sample: Sample) -> None:
+        self._do(self._trigger.on_s1(sample))
+
+    def take_s2(self, sample: Sample) -> None:
+        self._do(self._trigger.on_s2(sample))
+
+    def _do(self, step: Step) -> None:
+        if step.s2 is not None:
+            self._s2.append(step.s2)
+        if step.s1 is not None:
+            self._s1.append(step.s1)
+            self._known.append(len(self._s2))
+
+    def series(self) -> Series:
+        return Series(
+            s1_ns=_stamps(self._s1),
+            s1=_values(self._s1),
+            s2_ns=_stamps(self._s2),
+            s2=_values(self._s2),
+            s2_known=np.array(self._known, np.int64),
+        )
+
+
+def _stamps(samples: list[Sample]) -> Stamps:
+    return np.array([sample.stamp_ns for sample in samples], np.int64)
+
+
+def _values(samples: list[Sample]) -> Reals:
+    return np.array([sample.value for sample in samples], np.float64)
