@@ -25,6 +25,7 @@ RUNTIME = [
     "rosbags>=0.11.9,<0.12",
     "scipy>=1.11",
     "tqdm",
+    "zstandard",
 ]
 
 # ROS 2 Jazzy for machines without it. Pinned: these are the versions of one Jazzy sync, built
@@ -43,10 +44,11 @@ TEST = [
     "coverage>=7.10",  # measures child processes without help
     "hypothesis",
     "mypy==2.4.1",  # pinned: each release finds other things
-    "pytest>=8.2",
     "pytest-timeout",
+    "pytest>=8.2",
     "ruff==0.17.6",  # pinned: each release formats a little differently
     "setuptools>=65,<80",  # colcon needs `setup.py develop --editable`, gone in 80
+    "simpful==2.12.0",  # pinned: an oracle for the rules, not to move under the tests
     "types-PyYAML",
     "types-tqdm",
     "wheel",

@@ -6,6 +6,7 @@ import ast
 import importlib
 import inspect
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -44,6 +45,7 @@ DEPENDENCIES = {
     "scipy": ("python3-scipy", "scipy"),
     "tqdm": ("python3-tqdm", "tqdm"),
     "yaml": ("python3-yaml", "PyYAML"),
+    "zstandard": ("mcap-ros2-support", "zstandard"),  # no key of its own
 }
 
 
@@ -298,11 +300,11 @@ def imported_packages() -> Iterator[str]:
 
 def test_every_import_is_a_declared_dependency(manifest: Package, egg_info: Path) -> None:
     keys = {dependency.name for dependency in manifest.exec_depends}
-    requirements = (egg_info / "requires.txt").read_text().split()
-    ros = {name for name in keys if name.isidentifier()}
+    projects = set(re.findall(r"^[\w.-]+", (egg_info / "requires.txt").read_text(), re.MULTILINE))
+    ros_packages = {key for key in keys if key.isidentifier()}
     undeclared = set()
     for name in imported_packages():
-        key, project = DEPENDENCIES.get(name, (name, ""))
-        if key not in keys or (name not in ros and not any(project in r for r in requirements)):
+        key, project = DEPENDENCIES.get(name, (name, name))
+        if key not in keys or (key not in ros_packages and project not in projects):
             undeclared.add(name)
     assert undeclared == set()
