@@ -6,6 +6,9 @@ ARGS ?=
 
 RUN := .ci/with_venv $(VENV)
 
+# What is below test/ and no test itself: conftest, references, makers.
+SHARED_BY_TESTS = $(shell find test -name '*.py' -not -name 'test_*')
+
 .DEFAULT_GOAL := help
 # The parts of `test` have an order, and two of them at a time would disturb each other's timing.
 .NOTPARALLEL:
@@ -49,7 +52,7 @@ check-lint: venv ## does ruff find anything?
 
 .PHONY: check-types
 check-types: venv ## does mypy, strict, find anything in the package and in what tests share?
-	$(RUN) python -m mypy --strict fuzzy_fusion_ros $(wildcard test/conftest.py test/reference)
+	$(RUN) python -m mypy --strict fuzzy_fusion_ros $(SHARED_BY_TESTS)
 
 # Packaging tests run copies of the package, which count for no coverage: they come last, alone.
 .PHONY: check-tests
