@@ -1,0 +1,31 @@
+"""Simulates an inverted pendulum with two sensors, and balances it on their fused estimate."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fuzzy_fusion_ros.cli.status import command
+from fuzzy_fusion_ros.nodes.command_line import run_node
+from fuzzy_fusion_ros.nodes.settings import PendulumParameters
+
+TOPICS = """\
+publishes:
+  s1, s2                  the sensors' readings of the angle, rad
+  truth                   the angle itself, rad
+  control                 the force on the cart, N
+  joint_states            the pole, for viewers
+  /clock                  with publish_clock
+subscribes:
+  estimate                what the controller acts on"""
+
+
+@command("pendulum_node")
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the node until the run is over or it is told to stop."""
+
+    def load() -> type:
+        from fuzzy_fusion_ros.nodes.pendulum_node import PendulumNode
+
+        return PendulumNode
+
+    return run_node("pendulum_node", __doc__, TOPICS, PendulumParameters, load, arguments)

@@ -1,0 +1,85 @@
+"""The command line of a node: help, parameter files, and what ROS takes."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import textwrap
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from fuzzy_fusion_ros.core.parameter_tree import Descriptor, Group, Value, descriptors
+from fuzzy_fusion_ros.nodes.runtime import run
+
+USAGE = """\
+%(prog)s [-h] [--params FILE]
+       [--ros-args [-p NAME:=VALUE] [-r FROM:=TO] [--params-file FILE] ...]"""
+
+
+def run_node(
+    name: str,
+    about: str | None,
+    topics: str,
+    parameters: type[Group],
+    load: Callable[[], Callable[..., Any]],
+    arguments: Sequence[str] | None,
+) -> int:
+    """Run a node as its executable; return the exit status.
+
+    Args:
+        name: The executable.
+        about: What it does.
+        topics: Its topics and services, in lines for ``--help``.
+        parameters: Its group of parameters.
+        load: Imports and returns the node's class.
+        arguments: The command line without the program; that of the process unless given.
+    """
+    own, ros = split(sys.argv[1:] if arguments is None else list(arguments))
+    parser = argparse.ArgumentParser(
+        name,
+        usage=USAGE,
+        description=about,
+        epilog=f"{topics}\n\nparameters:\n{table(parameters)}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "--params",
+        "--params-file",
+        metavar="FILE",
+        action="append",
+        default=[],
+        help="ROS parameter YAML; the same as --ros-args --params-file FILE",
+    )
+    for path in parser.parse_args(own).params:
+        ros += ["--params-file", path]
+    run(load, ["--ros-args", *ros] if ros else [])
+    return 0
+
+
+def split(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the arguments of the program and those between ``--ros-args`` and ``--``."""
+    own: list[str] = []
+    ros: list[str] = []
+    inside = False
+    for argument in arguments:
+        if argument == "--ros-args":
+            inside = True
+        elif inside and argument == "--":
+            inside = False
+        else:
+            (ros if inside else own).append(argument)
+    return own, ros
+
+
+def table(parameters: type[Group]) -> str:
+    """Return one entry per parameter: name, default, meaning, unit, range."""
+    return "\n".join(_entry(*each) for each in descriptors(parameters))
+
+
+def _entry(name: str, descriptor: Descriptor, default: Value) -> str:
+    shown = str(default).lower() if isinstance(default, bool) else f"{default}"
+    unit = f" {descriptor.unit}" if descriptor.unit else ""
+    start = "; at start-up only" if descriptor.fixed else ""
+    text = f"{descriptor.text}; {descriptor.range}{start}"
+    head = f"  {name} {{{shown}{unit}}}"
+    return head + "\n" + textwrap.fill(text, 92, initial_indent=" " * 6, subsequent_indent=" " * 6)

@@ -1,0 +1,63 @@
+"""A topic that a node publishes and, if it records, records."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from geometry_msgs.msg import PointStamped
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.serialization import serialize_message
+
+from fuzzy_fusion_ros.messages import load_message_class
+from fuzzy_fusion_ros.messages.sample import SECOND_NS
+from fuzzy_fusion_ros.nodes.qos import OUTPUT, OVERRIDABLE
+from fuzzy_fusion_ros.nodes.recorder import Recorder
+
+POINT = "geometry_msgs/msg/PointStamped"
+
+
+class Outlet:
+    """One published topic; a message is serialised once for the wire and the bag."""
+
+    def __init__(self, node: Node, topic: str, type_name: str, recorder: Recorder) -> None:
+        """Publish on ``topic``, remapped or not.
+
+        Raises:
+            MessageError: The type is not installed.
+        """
+        self._publisher = node.create_publisher(
+            load_message_class(type_name), topic, OUTPUT, qos_overriding_options=OVERRIDABLE
+        )
+        self.topic: str = self._publisher.topic_name
+        self._recorder = recorder
+        recorder.add(self.topic, type_name, OUTPUT)
+
+    @property
+    def subscribers(self) -> int:
+        """Matched subscriptions."""
+        return int(self._publisher.get_subscription_count())
+
+    def send(self, message: Any, log_ns: int) -> None:
+        """Publish a message and record it at ``log_ns``."""
+        data = serialize_message(message)
+        self._publisher.publish(data)
+        self._recorder.write(self.topic, log_ns, data)
+
+    def flush(self, timeout: float) -> None:
+        """Wait until reliable subscriptions have all messages, for ``timeout`` seconds at most."""
+        self._publisher.wait_for_all_acked(Duration(seconds=timeout))
+
+
+def set_stamp(stamp: Any, stamp_ns: int) -> None:
+    """Write nanoseconds into a ``builtin_interfaces/msg/Time``."""
+    stamp.sec, stamp.nanosec = divmod(stamp_ns, SECOND_NS)
+
+
+def point(stamp_ns: int, value: float, frame: str = "") -> Any:
+    """Return a stamped scalar, in ``point.x``."""
+    message = PointStamped()
+    message.header.frame_id = frame
+    set_stamp(message.header.stamp, stamp_ns)
+    message.point.x = value
+    return message

@@ -1,0 +1,149 @@
+"""What our nodes have in common: parameters held by one checked dataclass, and an end."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, Generic, TypeVar
+
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.impl.rcutils_logger import RcutilsLogger
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from fuzzy_fusion_ros.core.errors import FusionError, ParameterError
+from fuzzy_fusion_ros.core.parameter_tree import (
+    Descriptor,
+    Group,
+    Value,
+    descriptors,
+    flatten,
+    replace,
+)
+from fuzzy_fusion_ros.parameter_file import is_builtin, refuse_unknown
+
+G = TypeVar("G", bound=Group)
+
+
+class ConfiguredNode(Node, Generic[G]):
+    """A node whose parameters are those of a group: described, checked, changed all or none.
+
+    Attributes:
+        parameters: The values that hold now.
+        finished: Whether there is nothing left to do.
+        failure: What makes it impossible to go on, if anything does.
+        log: The node's logger.
+    """
+
+    def __init__(self, name: str, defaults: G, *, fixed: bool = False, **options: Any) -> None:
+        """Declare every parameter of the group.
+
+        Args:
+            name: Name of the node.
+            defaults: The group; overrides from the command line and files go on top.
+            fixed: Whether all of them are read at start-up only.
+            options: As :class:`rclpy.node.Node` takes them.
+
+        Raises:
+            ParameterError: An override is unknown, of the wrong type or out of range.
+        """
+        super().__init__(name, **options)
+        self.finished = False
+        self.failure: FusionError | None = None
+        self.log: RcutilsLogger = Node.get_logger(self)
+        self._described = {name: each for name, each, _ in descriptors(type(defaults))}
+        self._fixed = {name for name, each in self._described.items() if fixed or each.fixed}
+        overrides: Mapping[str, Parameter] = self._parameter_overrides
+        self.parameters = self._changed(defaults, overrides.values())
+        for name, value in flatten(self.parameters).items():
+            descriptor = to_message(self._described[name], name in self._fixed)
+            self.declare_parameter(name, value, descriptor, ignore_override=True)
+
+    def guarded(self, callback: Callable[..., None]) -> Callable[..., None]:
+        """Return a callback whose :class:`FusionError` ends the node, not the executor."""
+
+        @functools.wraps(callback)
+        def guard(*arguments: Any) -> None:
+            try:
+                if not self.finished:
+                    callback(*arguments)
+            except FusionError as error:
+                self.failure = error
+                self.finished = True
+
+        return guard
+
+    def on_parameters(self) -> None:
+        """React to new values in ``parameters``; called after each successful set."""
+
+    def destroy_node(self) -> None:
+        """Leave the graph."""
+        Node.destroy_node(self)
+
+    def set_parameters(self, parameter_list: list[Parameter]) -> list[SetParametersResult]:
+        """Set parameters one by one, as rclpy does."""
+        return [self.set_parameters_atomically([each]) for each in parameter_list]
+
+    def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
+        """Set parameters, all or none; a refusal names parameter, value and range.
+
+        rclpy's own checks come after ours: its refusals leave out the name or the value.
+        """
+        try:
+            for each in parameter_list:
+                self._refuse_fixed(each.name)
+            changed = self._changed(self.parameters, parameter_list)
+        except ParameterError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        kinds = {name: each.kind for name, each in self._described.items()}
+        result = super().set_parameters_atomically(
+            [_as_number(each, kinds.get(each.name)) for each in parameter_list]
+        )
+        if result.successful:
+            self.parameters = changed
+            self.on_parameters()
+        return result
+
+    def _refuse_fixed(self, name: str) -> None:
+        if name in self._fixed:
+            raise ParameterError(name, "is read at start-up only: restart the node with it")
+
+    def _changed(self, parameters: G, changes: Iterable[Parameter]) -> G:
+        """Return the group with ROS parameters laid over it; rclpy's own are only looked at."""
+        own: dict[str, Value | None] = {}
+        for each in changes:
+            if each.name == "use_sim_time" and each.type_ != Parameter.Type.BOOL:
+                raise ParameterError(each.name, f"got {each.value!r}, expected true or false")
+            if each.name in self._described:
+                own[each.name] = each.value
+            elif not is_builtin(each.name):
+                refuse_unknown(each.name, self._described)
+        return replace(parameters, own)
+
+
+def to_message(descriptor: Descriptor, fixed: bool) -> ParameterDescriptor:
+    """Return a descriptor as ROS tools show it."""
+    unit = f" [{descriptor.unit}]" if descriptor.unit else ""
+    message = ParameterDescriptor(
+        description=descriptor.text + unit,
+        additional_constraints=descriptor.range,
+        read_only=fixed,
+    )
+    if descriptor.kind is float:
+        limits = FloatingPointRange(from_value=descriptor.low, to_value=descriptor.high)
+        message.floating_point_range = [limits]
+    elif descriptor.kind is int:
+        whole = IntegerRange(from_value=int(descriptor.low), to_value=int(descriptor.high), step=1)
+        message.integer_range = [whole]
+    return message
+
+
+def _as_number(parameter: Parameter, kind: type | None) -> Parameter:
+    if kind is float and parameter.type_ == Parameter.Type.INTEGER:
+        return Parameter(parameter.name, Parameter.Type.DOUBLE, float(parameter.value))
+    return parameter

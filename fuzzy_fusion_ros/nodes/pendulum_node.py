@@ -1,0 +1,137 @@
+"""The benchmark as a node: plant, sensors and controller, balanced on what comes back."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.serialization import deserialize_message
+
+from fuzzy_fusion_ros.core.errors import FusionError
+from fuzzy_fusion_ros.messages import load_message_class
+from fuzzy_fusion_ros.messages.sample import SECOND_NS
+from fuzzy_fusion_ros.nodes.outlet import POINT
+from fuzzy_fusion_ros.nodes.parameters import ConfiguredNode
+from fuzzy_fusion_ros.nodes.peers import Peers
+from fuzzy_fusion_ros.nodes.plant_topics import PlantTopics
+from fuzzy_fusion_ros.nodes.qos import OUTPUT
+from fuzzy_fusion_ros.nodes.recorder import recorder_for
+from fuzzy_fusion_ros.nodes.settings import PendulumParameters
+from fuzzy_fusion_ros.nodes.stepped_run import SteppedRun
+
+FREE_RUN = 1e-4
+"""Seconds between samples of a run that waits for nobody."""
+
+WATCH = 0.02
+"""Seconds between looks at the peers."""
+
+
+class PeerError(FusionError):
+    """The other end of the loop is missing or silent."""
+
+
+class PendulumNode(ConfiguredNode[PendulumParameters]):
+    """Publishes ``s1``, ``s2`` and the truth, and controls on ``estimate``.
+
+    In lockstep each sample waits for the estimate with its stamp. Paced, samples follow the
+    clock and the newest estimate holds.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        """Set up; ``options`` as :class:`rclpy.node.Node` takes them.
+
+        Raises:
+            FusionError: A parameter or the bag directory cannot be used.
+        """
+        super().__init__("pendulum_node", PendulumParameters(), fixed=True, **options)
+        self._lockstep = self.parameters.real_time_factor == 0.0
+        self._needs_estimate = self.parameters.feedback == "estimate"
+        self._run = SteppedRun(self.parameters)
+        self._estimate: float | None = None
+        self._recorder = recorder_for(self.parameters.record)
+        self._topics = PlantTopics(self, self._recorder, clock=self.parameters.publish_clock)
+        self._message_type = load_message_class(POINT)
+        self._subscription = self.create_subscription(
+            self._message_type, "estimate", self.guarded(self._on_estimate), OUTPUT, raw=True
+        )
+        self._source = self._subscription.topic_name
+        self._recorder.add(self._source, POINT, OUTPUT)
+        self._peers = Peers(self, (self._topics.s1, self._topics.s2), self._source)
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._heard = time.monotonic()
+        self._watch = self.create_timer(WATCH, self.guarded(self._on_watch), clock=self._steady)
+
+    def _on_watch(self) -> None:
+        """Start once all peers are there; end if they, or their estimates, do not come."""
+        started = self._run.reading is not None
+        if not started and (not self._needs_estimate or self._peers.ready(time.monotonic())):
+            self._start()
+        elif not started:
+            self._refuse_silence(", ".join(self._peers.missing()))
+        elif self._needs_estimate:
+            self._refuse_silence(f"no estimate for the sample stamped {self._run.stamp_ns} ns")
+
+    def _refuse_silence(self, problem: str) -> None:
+        if time.monotonic() - self._heard > self.parameters.timeout:
+            raise PeerError(
+                f"{problem} within {self.parameters.timeout:g} s: start fusion_node so that it "
+                f"takes {self._topics.s1.topic} and {self._topics.s2.topic} and gives "
+                f"{self._source}"
+            )
+
+    def _start(self) -> None:
+        self._heard = time.monotonic()
+        if not self._lockstep and not self.parameters.publish_clock:
+            self._run.start_at(self.get_clock().now().nanoseconds)
+        self._sense()
+        if not (self._lockstep and self._needs_estimate):
+            factor = self.parameters.real_time_factor
+            period = FREE_RUN if self._lockstep else self.parameters.sample_time / factor
+            self._pace = self.create_timer(period, self.guarded(self._on_pace), clock=self._steady)
+
+    def _on_estimate(self, data: bytes) -> None:
+        if self._run.reading is None:
+            return
+        message = deserialize_message(data, self._message_type)
+        self._recorder.write(self._source, self._run.stamp_ns, data)
+        self._heard = time.monotonic()
+        self._estimate = message.point.x
+        stamp = message.header.stamp
+        current = stamp.sec * SECOND_NS + stamp.nanosec == self._run.stamp_ns
+        if self._lockstep and self._needs_estimate and current:
+            self._act(self._estimate)
+            self._sense()
+
+    def _on_pace(self) -> None:
+        feedback = self._run.feedback(self.parameters.feedback, self._estimate)
+        if self._run.reading is not None and feedback is not None:
+            self._act(feedback)
+            self._sense()
+
+    def _act(self, feedback: float) -> None:
+        stamp_ns = self._run.stamp_ns
+        self._topics.send_control(stamp_ns, self._run.act(feedback))
+
+    def _sense(self) -> None:
+        reading = self._run.sense()
+        if reading is None:
+            self._finish()
+        else:
+            self._topics.send_sample(self._run.stamp_ns, self._run.plant, reading)
+
+    def _finish(self) -> None:
+        self._watch.cancel()
+        seconds = self._run.samples * self.parameters.sample_time
+        if self._run.fallen:
+            self.log.warning(f"the pendulum fell after {seconds:g} s")
+        else:
+            self.log.info(f"the pendulum was balanced for {seconds:g} s")
+        self._topics.flush(1.0)
+        self.finished = True
+
+    def destroy_node(self) -> None:
+        """Finish the bag, then leave the graph."""
+        self._recorder.close()
+        super().destroy_node()

@@ -1,0 +1,59 @@
+"""The topics of the simulated plant and its sensors."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+
+from fuzzy_fusion_ros.nodes.outlet import POINT, Outlet, point, set_stamp
+from fuzzy_fusion_ros.nodes.recorder import Recorder
+from fuzzy_fusion_ros.simulation.closed_loop import Reading
+from fuzzy_fusion_ros.simulation.pendulum import Pendulum
+
+JOINT = "pole"
+
+
+class PlantTopics:
+    """Publishes a sample of the plant, then what the controller makes of it.
+
+    Attributes:
+        s1: The topic of S1.
+        s2: The topic of S2.
+    """
+
+    def __init__(self, node: Node, recorder: Recorder, *, clock: bool) -> None:
+        self._truth = Outlet(node, "truth", POINT, recorder)
+        self._joints = Outlet(node, "joint_states", "sensor_msgs/msg/JointState", recorder)
+        self._clock = Outlet(node, "/clock", "rosgraph_msgs/msg/Clock", recorder) if clock else None
+        self.s2 = Outlet(node, "s2", POINT, recorder)
+        self.s1 = Outlet(node, "s1", POINT, recorder)
+        self._control = Outlet(node, "control", POINT, recorder)
+
+    def send_sample(self, stamp_ns: int, plant: Pendulum, reading: Reading) -> None:
+        """Publish the truth and both sensors, S1 last: it makes the estimate due."""
+        self._truth.send(point(stamp_ns, plant.angle), stamp_ns)
+        self._joints.send(_joint_state(stamp_ns, plant), stamp_ns)
+        if self._clock is not None:
+            clock = Clock()
+            set_stamp(clock.clock, stamp_ns)
+            self._clock.send(clock, stamp_ns)
+        self.s2.send(point(stamp_ns, reading.s2), stamp_ns)
+        self.s1.send(point(stamp_ns, reading.s1), stamp_ns)
+
+    def send_control(self, stamp_ns: int, force: float) -> None:
+        """Publish the force on the cart, N."""
+        self._control.send(point(stamp_ns, force), stamp_ns)
+
+    def flush(self, timeout: float) -> None:
+        """Wait until reliable subscribers have what was sent, for at most ``timeout`` seconds."""
+        for outlet in (self._truth, self._joints, self._control):
+            outlet.flush(timeout)
+
+
+def _joint_state(stamp_ns: int, plant: Pendulum) -> Any:
+    message = JointState(name=[JOINT], position=[plant.angle], velocity=[plant.rate])
+    set_stamp(message.header.stamp, stamp_ns)
+    return message

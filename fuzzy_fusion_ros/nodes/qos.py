@@ -1,0 +1,56 @@
+"""Quality of service: the profiles of our topics, and what is said when peers ask for others."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_policy_name_from_kind
+from rclpy.qos_overriding_options import QoSOverridingOptions
+
+from fuzzy_fusion_ros.bag.qos import QosProfile as RecordedProfile
+
+OUTPUT = QoSProfile(depth=10)
+"""Of everything that is published: reliable, which best-effort subscriptions accept too."""
+
+OVERRIDABLE = QoSOverridingOptions.with_default_policies()
+
+
+def input_profile(name: str) -> QoSProfile:
+    """Return the profile of an input: ``sensor_data`` takes the newest, ``reliable`` takes all.
+
+    The depth bounds memory either way; the oldest go first.
+    """
+    if name == "reliable":
+        return QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
+    return QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+def describe(profile: QoSProfile) -> str:
+    """Return the policies that decide whether two ends match."""
+    names = (profile.reliability.name, profile.durability.name, profile.liveliness.name)
+    text = ", ".join(name.lower().replace("_", " ") for name in names)
+    return f"{text}, deadline {_seconds(profile.deadline)}"
+
+
+def log_incompatible(node: Node, topic: str, own: QoSProfile, event: Any) -> None:
+    """Say that a publisher's profile does not fit a subscription, with both profiles."""
+    policy = qos_policy_name_from_kind(event.last_policy_kind)
+    offers = [
+        f"{each.node_namespace.rstrip('/')}/{each.node_name} ({describe(each.qos_profile)})"
+        for each in node.get_publishers_info_by_topic(topic)
+    ]
+    node.get_logger().warning(
+        f"{topic}: {policy} of a publisher does not fit, nothing comes from it: we ask for "
+        f"({describe(own)}), offered are {'; '.join(offers) or 'none any more'}"
+    )
+
+
+def recorded(profile: QoSProfile) -> RecordedProfile:
+    """Return a profile as a bag keeps it."""
+    return RecordedProfile(depth=profile.depth, reliability=profile.reliability.name.lower())
+
+
+def _seconds(duration: Any) -> str:
+    seconds = duration.nanoseconds * 1e-9
+    return f"{seconds:g} s" if 0.0 < seconds < 1e9 else "none"

@@ -1,0 +1,64 @@
+"""Runs one node as a process: start-up, spinning, and an end in good order."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable, Sequence
+from types import FrameType
+from typing import Any
+
+POLL = 0.1
+"""Longest wait of the executor, seconds: a signal is seen after it at the latest."""
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+
+class Stop:
+    """Turns SIGINT and SIGTERM into a wish to stop, while it lasts.
+
+    No exception is raised out of the middle of anything. Before there is anything to close,
+    :meth:`at_once` lets a signal end the process on the spot: imports and discovery take
+    longer than a user, or a supervisor, wants to wait.
+    """
+
+    def __init__(self) -> None:
+        self.wanted = False
+        self._at_once = True
+
+    def __enter__(self) -> Stop:
+        """Take over the signals."""
+        self._before = [signal.signal(number, self._on_signal) for number in SIGNALS]
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Give the signals back."""
+        for number, handler in zip(SIGNALS, self._before, strict=True):
+            signal.signal(number, handler)
+
+    def in_order(self) -> None:
+        """From now on there is something to close."""
+        self._at_once = False
+
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        if self._at_once:
+            os._exit(0)
+        self.wanted = True
+
+
+def run(load: Callable[[], Callable[..., Any]], arguments: Sequence[str]) -> None:
+    """Run a node until it says that it has finished, or SIGINT or SIGTERM come.
+
+    Args:
+        load: Imports and returns the node's class; called after the signals are taken over.
+        arguments: The arguments of the process, ROS ones among them.
+
+    Raises:
+        FusionError: The node cannot be set up with these arguments, or what it needs is gone.
+    """
+    with Stop() as stop:
+        make_node = load()
+        from fuzzy_fusion_ros.nodes.spinning import spin
+
+        stop.in_order()
+        spin(make_node, arguments, lambda: stop.wanted, POLL)

@@ -1,0 +1,154 @@
+"""One sensor as a node sees it: any message type in, samples out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from rclpy.clock import ROSClock
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+
+from fuzzy_fusion_ros.core.clock import seconds_between
+from fuzzy_fusion_ros.core.errors import MessageError
+from fuzzy_fusion_ros.core.parameters import SensorParameters
+from fuzzy_fusion_ros.core.sample import Sample
+from fuzzy_fusion_ros.messages import (
+    InstalledTypes,
+    is_stamped,
+    load_message_class,
+    normalise_type_name,
+    resolve_field,
+    sample_from_message,
+)
+from fuzzy_fusion_ros.nodes.losses import Losses, WithNumber
+from fuzzy_fusion_ros.nodes.parameters import ConfiguredNode
+from fuzzy_fusion_ros.nodes.qos import OVERRIDABLE, input_profile, log_incompatible
+from fuzzy_fusion_ros.nodes.recorder import Recorder
+
+
+class Received(NamedTuple):
+    """A message that came in, and what it says.
+
+    Attributes:
+        message: The message.
+        sample: The sample in it, whatever it holds.
+        now_ns: Time of receipt on the node's clock, nanoseconds.
+        log_ns: The time to record it, and all that follows from it, at.
+    """
+
+    message: Any
+    sample: Sample
+    now_ns: int
+    log_ns: int
+
+
+class SensorInput:
+    """Subscribes to one sensor and hands on a sample per message.
+
+    Attributes:
+        topic: The full name of the topic.
+        received: Messages that have come in.
+        unreadable: Messages without the field or the number asked for.
+        lost: Messages that were overwritten before the node got to them, or lost on the way.
+        last_problem: Why the last unreadable message was that; empty if none was.
+    """
+
+    def __init__(
+        self,
+        node: ConfiguredNode[Any],
+        topic: str,
+        parameters: SensorParameters,
+        *,
+        qos: str,
+        future_tolerance: float,
+        recorder: Recorder,
+        take: Callable[[Received], None],
+    ) -> None:
+        """Subscribe.
+
+        Args:
+            node: The node to subscribe for.
+            topic: The topic, remapped or not.
+            parameters: Type and field.
+            qos: ``sensor_data`` or ``reliable``.
+            future_tolerance: How far stamps may be ahead of the clock, seconds.
+            recorder: Where messages go, bytes unchanged.
+            take: Called with each message and its sample.
+
+        Raises:
+            MessageError: The type is not installed or has no such field.
+        """
+        self.type_name = normalise_type_name(parameters.type)
+        self.field = resolve_field(InstalledTypes(), self.type_name, parameters.field)
+        self.received = 0
+        self.unreadable = 0
+        self.last_problem = ""
+        self._node = node
+        self._message_type = load_message_class(self.type_name)
+        self._future_tolerance = future_tolerance
+        self._recorder = recorder
+        self._take = take
+        self._warned = False
+        profile = input_profile(qos)
+        events = SubscriptionEventCallbacks(
+            incompatible_qos=lambda event: log_incompatible(node, self.topic, profile, event)
+        )
+        self._losses = Losses()
+        self._subscription = node.create_subscription(
+            self._message_type,
+            topic,
+            WithNumber(node.guarded(self._on_message)),
+            profile,
+            event_callbacks=events,
+            qos_overriding_options=OVERRIDABLE,
+            raw=True,
+        )
+        self.topic: str = self._subscription.topic_name
+        recorder.add(self.topic, self.type_name, profile)
+
+    @property
+    def lost(self) -> int:
+        """Messages that were published but never reached us."""
+        return self._losses.count
+
+    def _on_message(self, data: bytes, number: int | None) -> None:
+        self.received += 1
+        self._losses.see(number, self._subscription.get_publisher_count)
+        message = deserialize_message(data, self._message_type)
+        now_ns = self._node.get_clock().now().nanoseconds
+        try:
+            sample = Sample(*sample_from_message(message, self.field, now_ns))
+        except MessageError as error:
+            self._recorder.write(self.topic, now_ns, data)
+            self.unreadable += 1
+            self.last_problem = str(error)
+            return
+        if not self._warned and not is_stamped(message):
+            self._warn_unstamped()
+        received = self._dated(message, sample, now_ns)
+        self._recorder.write(self.topic, received.log_ns, data)
+        self._take(received)
+
+    def _dated(self, message: Any, sample: Sample, now_ns: int) -> Received:
+        """Say when a message came; simulated runs are dated by stamps, so that they repeat."""
+        if not is_simulated(self._node):
+            return Received(message, sample, now_ns, now_ns)
+        if now_ns == 0:  # no /clock yet
+            now_ns = sample.stamp_ns
+        too_early = seconds_between(now_ns, sample.stamp_ns) > self._future_tolerance
+        return Received(message, sample, now_ns, now_ns if too_early else sample.stamp_ns)
+
+    def _warn_unstamped(self) -> None:
+        self._warned = True
+        self._node.log.warning(
+            f"{self.topic}: {self.type_name} carries no stamp, the time of receipt is used: "
+            "delays on the way count as motion of the signal"
+        )
+
+
+def is_simulated(node: Node) -> bool:
+    """Return whether a node's clock follows /clock."""
+    clock = node.get_clock()
+    return isinstance(clock, ROSClock) and clock.ros_time_is_active

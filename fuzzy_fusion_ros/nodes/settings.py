@@ -1,0 +1,44 @@
+"""Parameters of the nodes that are no parameters of the fusion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fuzzy_fusion_ros.core.parameter_tree import Group, group, integer, real, switch, text
+from fuzzy_fusion_ros.core.parameters import SensorParameters
+from fuzzy_fusion_ros.simulation.scenario import Scenario
+
+FEEDBACKS = ("estimate", "s1", "s2", "average", "truth")
+
+
+@dataclass(frozen=True)
+class PendulumParameters(Scenario):
+    """The benchmark as a node: what it simulates, and how it runs."""
+
+    feedback: str = text(
+        "estimate", "what the controller acts on; average is that of S1 and S2", choices=FEEDBACKS
+    )
+    seed: int = integer(0, "seed of the sensors' noise", low=0, high=2**31 - 1)
+    real_time_factor: float = real(
+        0.0,
+        "simulated seconds per second; 0 is lockstep: each sample waits for its estimate",
+        high=1e3,
+    )
+    publish_clock: bool = switch(False, "whether /clock follows the simulation")
+    timeout: float = real(
+        10.0, "longest wait for peers, then for an estimate", unit="s", low=0.01, high=1e6
+    )
+    record: str = text("", "bag directory to record all topics to; empty for none")
+
+
+@dataclass(frozen=True)
+class SubscriberParameters(Group):
+    """One sensor, taken from any message type."""
+
+    input: SensorParameters = group(SensorParameters())
+    future_tolerance: float = real(10.0, "a stamp further ahead of the clock is dropped", unit="s")
+    qos: str = text(
+        "sensor_data",
+        "quality of service of the input: best effort or reliable delivery",
+        choices=("sensor_data", "reliable"),
+    )
