@@ -14,7 +14,7 @@ import pytest
 from fuzzy_fusion_ros.core import compiled as module
 from fuzzy_fusion_ros.core.aggregator import blend, sign
 from fuzzy_fusion_ros.core.compiled import compiled
-from fuzzy_fusion_ros.core.gate import combine, no_prediction
+from fuzzy_fusion_ros.core.gate import NO_PREDICTION, combine
 from fuzzy_fusion_ros.core.lag import lag_gain
 
 
@@ -79,7 +79,7 @@ def test_without_numba_what_is_replaced_is_called_all_the_same(without_numba: No
 def test_twins_keep_their_names(without_numba: None) -> None:
     twin = compiled(combine)
     assert (twin.__module__, twin.__name__) == (combine.__module__, "combine")
-    assert twin(no_prediction(), 3.0, False) == 3.0
+    assert twin(NO_PREDICTION, 3.0, False) == 3.0
 
 
 def test_defaults_are_kept(without_numba: None) -> None:

@@ -7,7 +7,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from reference import gate as reference
 
-from fuzzy_fusion_ros.core.gate import Prediction, accepts, combine, no_prediction
+from fuzzy_fusion_ros.core.gate import NO_PREDICTION, Prediction, accepts, combine
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 
@@ -38,8 +38,8 @@ def test_a_prediction_within_the_tolerance_is_accepted(
 @pytest.mark.parametrize("aggregate", [0.0, 0.3, 1e300])
 def test_no_prediction_is_never_accepted(aggregate: float) -> None:
     """Not even where FA happens to say what an absent prediction holds."""
-    assert not accepts(no_prediction(), aggregate, 1e9)
-    assert final(no_prediction(), aggregate, 1e9) == aggregate
+    assert not accepts(NO_PREDICTION, aggregate, 1e9)
+    assert final(NO_PREDICTION, aggregate, 1e9) == aggregate
 
 
 def test_both_count_the_same() -> None:
@@ -50,7 +50,7 @@ def test_both_count_the_same() -> None:
 def test_the_final_estimate_is_what_the_reference_says(
     prediction: float | None, aggregate: float, tolerance: float
 ) -> None:
-    given_ = no_prediction() if prediction is None else Prediction(True, prediction)
+    given_ = NO_PREDICTION if prediction is None else Prediction(True, prediction)
     exact = reference.final(prediction, aggregate, tolerance)
     assert final(given_, aggregate, tolerance) == pytest.approx(exact, rel=1e-15, abs=1e-300)
 
