@@ -188,21 +188,22 @@ class BagReader:
             return otherwise_ns
         if not math.isfinite(seconds):
             raise BagError(f"span limit {seconds!r} s: expected finite seconds from the begin")
-        limit_ns = (self.start_ns or 0) + round(seconds * 1e9)
-        return max(0, min(limit_ns, _FOREVER_NS))
+        offset_ns = round(max(-1e10, min(seconds, 1e10)) * 1e9)  # more than a clock can show
+        return max(0, min((self.start_ns or 0) + offset_ns, _FOREVER_NS))
 
     def _in_order(self, read: Callable[[Storage], Iterator[BagMessage]]) -> Iterator[BagMessage]:
         """Chain the files if one begins where another ends, else merge them."""
-        spans = [
-            (each.start_ns or 0, _FOREVER_NS if each.end_ns is None else each.end_ns, each)
+        filled = [
+            each
             for each in self._storages
             if _total(topic.message_count for topic in each.topics) != 0
         ]
-        ordered = sorted(spans, key=lambda span: span[0])
-        found = [read(each) for _, _, each in ordered]
-        if all(one[1] <= next_one[0] for one, next_one in itertools.pairwise(ordered)):
-            return itertools.chain.from_iterable(found)
-        return heapq.merge(*found, key=attrgetter("log_ns"))
+        found = [read(each) for each in filled]
+        spans = [(each.start_ns, each.end_ns) for each in filled]
+        for (_, end_ns), (start_ns, _) in itertools.pairwise(spans):
+            if end_ns is None or start_ns is None or end_ns > start_ns:
+                return heapq.merge(*found, key=attrgetter("log_ns"))
+        return itertools.chain.from_iterable(found)
 
     def _decompress(self, messages: Iterable[BagMessage]) -> Iterator[BagMessage]:
         decompressor = zstandard.ZstdDecompressor()

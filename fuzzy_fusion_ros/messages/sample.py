@@ -2,27 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 from fuzzy_fusion_ros.core.errors import MessageError
+from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages.copying import copy_message
 from fuzzy_fusion_ros.messages.field_path import FieldPath
 
 SECOND_NS = 1_000_000_000
 
 _Message = TypeVar("_Message")
-
-
-class Sample(NamedTuple):
-    """One measurement.
-
-    Attributes:
-        stamp_ns: When it was measured, ns since the epoch of the message's clock.
-        value: What was measured, unit of the field; NaN and infinite values pass through.
-    """
-
-    stamp_ns: int
-    value: float
 
 
 def sample_from_message(message: Any, field: FieldPath, receive_ns: int) -> Sample:
@@ -36,7 +25,8 @@ def sample_from_message(message: Any, field: FieldPath, receive_ns: int) -> Samp
         receive_ns: When it was received, ns.
 
     Raises:
-        MessageError: This message lacks the field or element, or it holds no number.
+        MessageError: This message lacks the field or element, or it holds no number. NaN and
+            infinite numbers pass through.
     """
     try:
         stamp = message.header.stamp
