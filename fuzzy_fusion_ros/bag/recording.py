@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import NamedTuple
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from fuzzy_fusion_ros.bag.reader import BagReader
+from fuzzy_fusion_ros.bag.roles import Topics, fields_of, unit_of
 from fuzzy_fusion_ros.bag.ticks import Ticks
 from fuzzy_fusion_ros.bag.topic import BagMessage
 from fuzzy_fusion_ros.core.errors import BagError, MessageError
@@ -17,7 +18,7 @@ from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.core.series import Reals, Series, Stamps
 from fuzzy_fusion_ros.core.trigger import Step, trigger_for
-from fuzzy_fusion_ros.messages import FieldPath, resolve_field, sample_from_message
+from fuzzy_fusion_ros.messages import FieldPath, sample_from_message
 
 Through = Callable[[Iterable[BagMessage]], Iterable[BagMessage]]
 """Passes messages on, and shows how far it is."""
@@ -26,25 +27,6 @@ LONGEST_LATE = 1.0
 """Seconds by which the stamp of an estimate or a truth may be late before time has jumped back."""
 
 UNREADABLE = "message does not hold the number"
-
-
-class Topics(NamedTuple):
-    """What to read.
-
-    Attributes:
-        s1: Topic of S1.
-        s2: Topic of S2.
-        estimate: Topic of the estimate.
-        truth: Topic of the truth.
-        fields: Paths of the numbers by topic; under ``""`` one for every topic whose type has
-            it. Empty or missing: the type's own.
-    """
-
-    s1: str = "/s1"
-    s2: str = "/s2"
-    estimate: str = "/estimate"
-    truth: str = "/truth"
-    fields: Mapping[str, str] = {}
 
 
 class Track(NamedTuple):
@@ -115,102 +97,58 @@ def read_recording(
     bag.require_topics(topics.s1, topics.s2)
     intake = _Intake(parameters)
     readers = {
-        topics.s1: _Reader(parameters.s1.timeout, intake.take_s1),
-        topics.s2: _Reader(parameters.s2.timeout, intake.take_s2),
-        topics.estimate: _Reader(LONGEST_LATE),
-        topics.truth: _Reader(LONGEST_LATE),
+        "s1": _Reader(topics.s1, parameters.s1.timeout, intake.take_s1),
+        "s2": _Reader(topics.s2, parameters.s2.timeout, intake.take_s2),
+        "estimate": _Reader(topics.estimate, LONGEST_LATE),
+        "truth": _Reader(topics.truth, LONGEST_LATE),
     }
     fields = fields_of(bag, topics, parameters)
     notes: list[str] = []
-    for message in through(bag.messages(list(fields), start_s, end_s)):
+    wanted = {topic for role, topic in topics.by_role().items() if role in fields}
+    for message in through(bag.messages(wanted, start_s, end_s)):
         intake.tick(message.log_ns)
-        reader = readers[message.topic]
+        here = [role for role in fields if readers[role].topic == message.topic]
         try:
             value = bag.decode(message)
-            sample = Sample(*sample_from_message(value, fields[message.topic], message.log_ns))
         except MessageError:
-            reader.dropped[UNREADABLE] += 1
+            for role in here:
+                readers[role].dropped[UNREADABLE] += 1
             continue
-        if not reader.take(sample, message.log_ns, parameters.future_tolerance):
-            at_s = (message.log_ns - (bag.start_ns or 0)) * 1e-9
+        if not all(
+            readers[role].take(value, fields[role], message.log_ns, parameters.future_tolerance)
+            for role in here
+        ):
+            at_s = f"{(message.log_ns - (bag.start_ns or 0)) * 1e-9:.9f}".rstrip("0")
             notes.append(
-                f"stamps of {message.topic} jump back after {at_s:.3f} s: only what comes before "
-                f"is used; --start {at_s:.3f} takes what comes after"
+                f"stamps of {message.topic} jump back after {at_s} s: only what comes before is "
+                f"used; --start {at_s} takes what comes after"
             )
             break
-    for topic, reader in readers.items():
-        notes += reader.notes(topic)
-        if reader.is_empty and topic in {topics.s1, topics.s2}:
-            why = "; ".join(reader.notes(topic)) or "it has no message in this span"
-            raise BagError(f"bag {str(bag.path)!r}: nothing on {topic} can be used: {why}")
+    for role, reader in readers.items():
+        notes += reader.notes()
+        if reader.is_empty and role in {"s1", "s2"}:
+            why = "; ".join(reader.notes()) or "it has no message in this span"
+            raise BagError(f"bag {str(bag.path)!r}: nothing on {reader.topic} can be used: {why}")
     return Recording(
         name=str(bag.path),
-        s1=readers[topics.s1].track(),
-        s2=readers[topics.s2].track(),
-        estimate=readers[topics.estimate].track(),
-        truth=readers[topics.truth].track(),
+        s1=readers["s1"].track(),
+        s2=readers["s2"].track(),
+        estimate=readers["estimate"].track(),
+        truth=readers["truth"].track(),
         series=intake.series(),
         start_ns=bag.start_ns or 0,
-        unit=unit_of(bag.topics[topics.s2].msgtype, fields[topics.s2].text),
+        unit=unit_of(bag.topics[topics.s2].msgtype, fields["s2"].text),
         notes=(*notes, *bag.problems),
     )
-
-
-def fields_of(bag: BagReader, topics: Topics, parameters: Parameters) -> dict[str, FieldPath]:
-    """Return where the number is, for each of the topics that the bag has.
-
-    Raises:
-        MessageError: A path is not in its type, or is needed and not given.
-    """
-    own = {topics.s1: parameters.s1.field, topics.s2: parameters.s2.field}
-    own[topics.estimate] = parameters.estimate.field
-    found = {}
-    for topic in (topics.s1, topics.s2, topics.estimate, topics.truth):
-        if topic in bag.topics:
-            given = topics.fields.get(topic) or own.get(topic, "")
-            found[topic] = _field(bag, topic, given, topics.fields.get("", ""))
-    return found
-
-
-def _field(bag: BagReader, topic: str, given: str, anywhere: str) -> FieldPath:
-    msgtype = bag.topics[topic].msgtype
-    try:
-        return resolve_field(bag.types, msgtype, given or anywhere)
-    except MessageError as error:
-        if anywhere and not given:
-            try:
-                return resolve_field(bag.types, msgtype)
-            except MessageError:
-                pass
-        raise MessageError(f"topic {topic}: {error}") from None
-
-
-_UNITS = {
-    "linear_acceleration": "m/s^2",
-    "accel.linear": "m/s^2",
-    "accel.angular": "rad/s^2",
-    "angular_velocity": "rad/s",
-    "twist.linear": "m/s",
-    "twist.angular": "rad/s",
-    "sensor_msgs/msg/Range": "m",
-    "sensor_msgs/msg/Temperature": "degC",
-    "sensor_msgs/msg/FluidPressure": "Pa",
-    "sensor_msgs/msg/MagneticField": "T",
-    "sensor_msgs/msg/Illuminance": "lx",
-}
-
-
-def unit_of(msgtype: str, field: str) -> str:
-    """Return the unit that a standard message says a number has; ``""`` for a plain scalar."""
-    return next((unit for mark, unit in _UNITS.items() if mark in f"{msgtype} {field}"), "")
 
 
 class _Reader:
     """The samples of one topic that pass its guard."""
 
     def __init__(
-        self, tolerance: float, then: Callable[[Sample], None] = lambda sample: None
+        self, topic: str, tolerance: float, then: Callable[[Sample], None] = lambda sample: None
     ) -> None:
+        self.topic = topic
         self.dropped: Counter[str] = Counter()
         self._guard = Guard()
         self._tolerance = tolerance
@@ -221,8 +159,13 @@ class _Reader:
     def is_empty(self) -> bool:
         return not self._rows
 
-    def take(self, sample: Sample, log_ns: int, future_tolerance: float) -> bool:
-        """Take a sample or count why not; return whether time goes on."""
+    def take(self, message: Any, field: FieldPath, log_ns: int, future_tolerance: float) -> bool:
+        """Take a message's sample or count why not; return whether time goes on."""
+        try:
+            sample = Sample(*sample_from_message(message, field, log_ns))
+        except MessageError:
+            self.dropped[UNREADABLE] += 1
+            return True
         fault = self._guard.fault(sample.stamp_ns, sample.value, log_ns, future_tolerance)
         if fault is None and self._guard.jumped_back(sample.stamp_ns, self._tolerance):
             return False
@@ -235,9 +178,10 @@ class _Reader:
         self._then(sample)
         return True
 
-    def notes(self, topic: str) -> Iterator[str]:
-        for reason, count in self.dropped.items():
-            yield f"{topic}: {count} left out, {reason}"
+    def notes(self) -> list[str]:
+        return [
+            f"{self.topic}: {count} left out, {reason}" for reason, count in self.dropped.items()
+        ]
 
     def track(self) -> Track:
         stamps, values, logs = zip(*self._rows, strict=True) if self._rows else ((), (), ())

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from fuzzy_fusion_ros.core.aggregator import single
 from fuzzy_fusion_ros.core.estimator import FUSED, WAITING, Estimate
-from fuzzy_fusion_ros.core.gate import no_prediction
-
-LARGEST = 1e300
-"""Bound on every value, so that out-of-range inputs stay finite."""
+from fuzzy_fusion_ros.core.gate import NO_PREDICTION
 
 
 def estimated(value: float, weight: float) -> Estimate:
@@ -25,16 +22,11 @@ def waiting() -> Estimate:
     return _estimate(WAITING, 0.0, 0.0)
 
 
-def bounded(value: float) -> float:
-    """Return a value, or the nearest bound."""
-    return min(max(value, -LARGEST), LARGEST)
-
-
 def _estimate(mode: int, value: float, weight: float) -> Estimate:
     return Estimate(
         mode=mode,
         value=value,
         aggregate=single(value, weight),
-        prediction=no_prediction(),
+        prediction=NO_PREDICTION,
         accepted=False,
     )

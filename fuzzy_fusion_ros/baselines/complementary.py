@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from fuzzy_fusion_ros.baselines.answers import bounded, estimated, waiting
+from fuzzy_fusion_ros.baselines.answers import estimated, waiting
 from fuzzy_fusion_ros.baselines.parameters import ComplementaryParameters
 from fuzzy_fusion_ros.core.clock import seconds_between
 from fuzzy_fusion_ros.core.estimator import Estimate
+from fuzzy_fusion_ros.core.finite import bounded
 from fuzzy_fusion_ros.core.lag import lag_gain
 from fuzzy_fusion_ros.core.parameter_tree import numbers
 from fuzzy_fusion_ros.core.series import Method

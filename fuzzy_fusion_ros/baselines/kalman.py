@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from fuzzy_fusion_ros.baselines.answers import bounded, estimated, waiting
+from fuzzy_fusion_ros.baselines.answers import estimated, waiting
 from fuzzy_fusion_ros.baselines.parameters import KalmanParameters
 from fuzzy_fusion_ros.core.clock import seconds_between
 from fuzzy_fusion_ros.core.estimator import Estimate
+from fuzzy_fusion_ros.core.finite import bounded
 from fuzzy_fusion_ros.core.parameter_tree import numbers
 from fuzzy_fusion_ros.core.series import Method
 
@@ -64,7 +65,7 @@ def observe_s2(parameters: KalmanParameters, state: Kalman, stamp_ns: int, value
         ahead = predict(parameters, state.belief, seconds_between(state.stamp_ns, stamp_ns))
         belief = correct(ahead, 0.0, variance, value)[1]
     else:
-        belief = Belief(signal=value, bias=0.0, p_signal=variance, p_cross=0.0, p_bias=0.0)
+        belief = Belief(signal=bounded(value), bias=0.0, p_signal=variance, p_cross=0.0, p_bias=0.0)
     return Kalman(
         started=True,
         calibrated=state.calibrated,

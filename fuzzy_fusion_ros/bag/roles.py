@@ -1,0 +1,94 @@
+"""Which topic plays which role, and where its number is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+from fuzzy_fusion_ros.bag.reader import BagReader
+from fuzzy_fusion_ros.core.errors import MessageError
+from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.messages import FieldPath, resolve_field
+
+ROLES = ("s1", "s2", "estimate", "truth")
+
+
+class Topics(NamedTuple):
+    """The topics that are read.
+
+    Attributes:
+        s1: Topic of S1.
+        s2: Topic of S2.
+        estimate: Topic of the estimate.
+        truth: Topic of the truth.
+        fields: Paths of the numbers by role; under ``""`` one for every topic whose type has it.
+    """
+
+    s1: str = "/s1"
+    s2: str = "/s2"
+    estimate: str = "/estimate"
+    truth: str = "/truth"
+    fields: Mapping[str, str] = MappingProxyType({})
+
+    def by_role(self) -> dict[str, str]:
+        """Return the topic of each role."""
+        return {role: getattr(self, role) for role in ROLES}
+
+
+def fields_of(bag: BagReader, topics: Topics, parameters: Parameters) -> dict[str, FieldPath]:
+    """Return where the number is, for each role whose topic the bag has.
+
+    A path in ``topics`` comes before one in ``parameters``, and that before the type's own.
+
+    Raises:
+        MessageError: A path is not in its type, or there is none and the type has none of its own.
+    """
+    configured = {
+        "s1": parameters.s1.field,
+        "s2": parameters.s2.field,
+        "estimate": parameters.estimate.field or parameters.s2.field,
+        "truth": "",
+    }
+    return {
+        role: _field(
+            bag,
+            topic,
+            topics.fields.get(role, ""),
+            topics.fields.get("", ""),
+            configured[role],
+        )
+        for role, topic in topics.by_role().items()
+        if topic in bag.topics
+    }
+
+
+def _field(bag: BagReader, topic: str, own: str, common: str, configured: str) -> FieldPath:
+    msgtype = bag.topics[topic].msgtype
+    problems = []
+    for text in [own] if own else [common, configured, ""] if common else [configured]:
+        try:
+            return resolve_field(bag.types, msgtype, text)
+        except MessageError as error:
+            problems.append(error)
+    raise MessageError(f"topic {topic}: {problems[0]}")
+
+
+_UNITS = {
+    "linear_acceleration": "m/s^2",
+    "accel.linear": "m/s^2",
+    "accel.angular": "rad/s^2",
+    "angular_velocity": "rad/s",
+    "twist.linear": "m/s",
+    "twist.angular": "rad/s",
+    "sensor_msgs/msg/Range": "m",
+    "sensor_msgs/msg/Temperature": "degC",
+    "sensor_msgs/msg/FluidPressure": "Pa",
+    "sensor_msgs/msg/MagneticField": "T",
+    "sensor_msgs/msg/Illuminance": "lx",
+}
+
+
+def unit_of(msgtype: str, field: str) -> str:
+    """Return the unit that a standard message gives its number; ``""`` for a plain scalar."""
+    return next((unit for mark, unit in _UNITS.items() if mark in f"{msgtype} {field}"), "")
