@@ -95,20 +95,13 @@ class Fusion:
         return self._do(self._trigger.on_tick())
 
     def _admits(self, guard: Guard, sample: Sample, now_ns: int) -> bool:
-        fault = guard.fault(
-            sample.stamp_ns, sample.value, now_ns, self._parameters.future_tolerance
-        )
-        if fault is not None:
-            guard.drop(fault)
-            return False
         tolerance = min(self._parameters.s1.timeout, self._parameters.s2.timeout)
-        if guard.jumped_back(sample.stamp_ns, tolerance):
-            self.restarts += 1
-            self.reset()
-        if not guard.admit(sample.stamp_ns):
-            guard.drop(Drop.NOT_NEWER)
-            return False
-        return True
+        future_tolerance = self._parameters.future_tolerance
+        return guard.take(sample, now_ns, future_tolerance, tolerance, self._jump)
+
+    def _jump(self) -> None:
+        self.restarts += 1
+        self.reset()
 
     def _do(self, step: Step) -> Fused | None:
         self.s1.drop(Drop.UNPAIRED, step.unpaired_s1)

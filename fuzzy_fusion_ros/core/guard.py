@@ -5,8 +5,10 @@ from __future__ import annotations
 import enum
 import math
 from collections import Counter
+from collections.abc import Callable
 
 from fuzzy_fusion_ros.core.clock import seconds_between
+from fuzzy_fusion_ros.core.sample import Sample
 
 OLDER_IN_A_ROW = 5
 """So many samples that are older than the last, but rise among themselves, are a new timeline."""
@@ -46,6 +48,32 @@ class Guard:
         self._in_a_row = 0
         self._older_ns = 0
         self._older_in_a_row = 0
+
+    def take(
+        self,
+        sample: Sample,
+        now_ns: int,
+        future_tolerance: float,
+        jump_tolerance: float,
+        on_jump: Callable[[], None],
+    ) -> bool:
+        """Admit a sample, or drop it and count why; return whether it is admitted.
+
+        Args:
+            sample: The sample as it came.
+            now_ns: Time of receipt on the clock of the stamps, nanoseconds.
+            future_tolerance: As :meth:`fault` takes it, seconds.
+            jump_tolerance: As :meth:`jumped_back` takes it, seconds.
+            on_jump: Called when the sample opens a new timeline; it must restart this guard.
+        """
+        fault = self.fault(sample.stamp_ns, sample.value, now_ns, future_tolerance)
+        if fault is None and self.jumped_back(sample.stamp_ns, jump_tolerance):
+            on_jump()
+        if fault is None and not self.admit(sample.stamp_ns):
+            fault = Drop.NOT_NEWER
+        if fault is not None:
+            self.drop(fault)
+        return fault is None
 
     def fault(
         self, stamp_ns: int, value: float, now_ns: int, future_tolerance: float
