@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from fuzzy_fusion_ros.core.clock import seconds_between
-from fuzzy_fusion_ros.core.finite import bounded
+from fuzzy_fusion_ros.core.finite import bounded, clamped
 from fuzzy_fusion_ros.core.membership import large
 from fuzzy_fusion_ros.core.parameters import AggregatorParameters, BreakPoints
 
@@ -76,7 +76,7 @@ def observe_slow(
     if s2.samples > 0 and dt <= longest_gap:
         rate = (time_constant * s2.rate + (value - s2.value)) / (time_constant + dt)
         rate = bounded(rate)
-    return SlowSensor(samples=s2.samples + 1, stamp_ns=stamp_ns, value=value, rate=rate)
+    return SlowSensor(s2.samples + 1, stamp_ns, value, rate)
 
 
 def firing_strengths(
@@ -85,12 +85,9 @@ def firing_strengths(
     """Table 1's left side: product inference over the two inputs, both non-negative."""
     d = large(difference, difference_ramp)
     r = large(rate, rate_ramp)
-    return FiringStrengths(
-        small_small=(1.0 - d) * (1.0 - r),
-        small_large=(1.0 - d) * r,
-        large_small=d * (1.0 - r),
-        large_large=d * r,
-    )
+    near = 1.0 - d
+    slow = 1.0 - r
+    return FiringStrengths(near * slow, near * r, d * slow, d * r)
 
 
 def defuzzify(
@@ -112,7 +109,9 @@ def defuzzify(
 def blend(weight: float, s1: float, s2: float) -> float:
     """Eq. (1) with normalised weights: between S1 and S2, whatever the rounding."""
     value = weight * s1 + (1.0 - weight) * s2
-    return min(max(value, min(s1, s2)), max(s1, s2))
+    if s1 < s2:
+        return clamped(value, s1, s2)
+    return clamped(value, s2, s1)
 
 
 def sign(x: float) -> float:
@@ -138,13 +137,11 @@ def aggregate(parameters: AggregatorParameters, s1: float, s2: float, rate: floa
     """
     strengths = firing_strengths(abs(s1 - s2), abs(rate), parameters.difference, parameters.rate)
     levels = parameters.weight
-    weight = min(
-        defuzzify(strengths, levels.small, levels.large, levels.very_small, levels.very_large), 1.0
-    )
+    weight = defuzzify(strengths, levels.small, levels.large, levels.very_small, levels.very_large)
     step = parameters.drift
     drift = defuzzify(strengths, step.small, step.large, step.small, step.small)
     value = blend(weight, s1, s2) + sign(rate) * drift
-    return Aggregate(value=value, weight=weight, drift=drift, strengths=strengths)
+    return Aggregate(value, clamped(weight, 0.0, 1.0), drift, strengths)
 
 
 def single(value: float, weight: float) -> Aggregate:

@@ -41,14 +41,15 @@ def compiled(function: F, **replaced: Callable[..., Any]) -> F:
 def _twin(function: Any, replaced: tuple[tuple[str, Any], ...]) -> Any:
     jit = _jit()
     names = {i.argval for i in dis.get_instructions(function) if i.opname == "LOAD_GLOBAL"}
-    ours = {
+    callees = {
         name: value
-        for name, value in {**function.__globals__, **dict(replaced)}.items()
+        for name, value in function.__globals__.items()
         if name in names and isinstance(value, types.FunctionType) and _is_ours(value)
     }
+    callees.update(replaced)
     twin = types.FunctionType(
         function.__code__,
-        {**function.__globals__, **{name: _twin(value, ()) for name, value in ours.items()}},
+        {**function.__globals__, **{name: _twin(value, ()) for name, value in callees.items()}},
         function.__name__,
         function.__defaults__,
     )

@@ -162,13 +162,7 @@ def is_off(parameters: FastSensorParameters) -> bool:
 def passed_through(kept: Conditioned, stamp_ns: int, s1: float) -> Conditioned:
     """Return a sample of S1 as it is."""
     return Conditioned(
-        samples=kept.samples + 1,
-        stamp_ns=stamp_ns,
-        smooth=kept.smooth,
-        lagged=kept.lagged,
-        line=kept.line,
-        bias=kept.bias,
-        value=s1,
+        kept.samples + 1, stamp_ns, kept.smooth, kept.lagged, kept.line, kept.bias, s1
     )
 
 

@@ -18,7 +18,7 @@ from fuzzy_fusion_ros.core.aggregator import (
 )
 from fuzzy_fusion_ros.core.clock import seconds_between
 from fuzzy_fusion_ros.core.conditioning import Conditioned, condition, unconditioned
-from fuzzy_fusion_ros.core.gate import Prediction, accepts, combine, no_prediction
+from fuzzy_fusion_ros.core.gate import NO_PREDICTION, Prediction, accepts, combine
 from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.core.predictor import Predictor, learn, prediction_at, untrained
 
@@ -33,7 +33,7 @@ class State(NamedTuple):
         s1: The conditioned S1.
         s2: S2, held, and its rate.
         predictor: History and rules of the predictor.
-        started_ns: Stamp of the first S1 sample.
+        started_ns: Stamp of the first S1 sample, 0 before it.
     """
 
     s1: Conditioned
@@ -79,7 +79,7 @@ def observe_s2(parameters: Parameters, state: State, stamp_ns: int, value: float
         stamp_ns,
         value,
     )
-    return State(s1=state.s1, s2=s2, predictor=state.predictor, started_ns=state.started_ns)
+    return State(state.s1, s2, state.predictor, state.started_ns)
 
 
 def update(
@@ -96,7 +96,7 @@ def update(
     Returns:
         The estimate, finite, and the state after it.
     """
-    started_ns = state.started_ns if state.s1.samples > 0 else stamp_ns
+    started_ns = state.started_ns if state.started_ns > 0 else stamp_ns
     mode = mode_at(parameters.s2.timeout, state.s2, started_ns, stamp_ns)
 
     s1 = condition(
@@ -119,10 +119,8 @@ def update(
     if mode != WAITING:
         learnt = learn(parameters.predictor, learnt, stamp_ns, final)
 
-    estimate = Estimate(
-        mode=mode, value=final, aggregate=fa, prediction=prediction, accepted=accepted
-    )
-    return estimate, State(s1=s1, s2=state.s2, predictor=learnt, started_ns=started_ns)
+    estimate = Estimate(mode, final, fa, prediction, accepted)
+    return estimate, State(s1, state.s2, learnt, started_ns)
 
 
 def fall_back_to_s2(state: State) -> Estimate:
@@ -131,7 +129,7 @@ def fall_back_to_s2(state: State) -> Estimate:
         mode=S2_ONLY,
         value=state.s2.value,
         aggregate=single(state.s2.value, 0.0),
-        prediction=no_prediction(),
+        prediction=NO_PREDICTION,
         accepted=False,
     )
 

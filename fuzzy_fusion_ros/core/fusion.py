@@ -82,6 +82,8 @@ class Fusion:
         """
         if not self._admits(self.s1, sample, now_ns):
             return None
+        if self._state.started_ns == 0:
+            self._state = self._state._replace(started_ns=sample.stamp_ns)
         return self._do(self._trigger.on_s1(sample))
 
     def take_s2(self, sample: Sample, now_ns: int) -> Fused | None:

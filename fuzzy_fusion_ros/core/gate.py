@@ -17,9 +17,7 @@ class Prediction(NamedTuple):
     value: float
 
 
-def no_prediction() -> Prediction:
-    """Return the absence of a prediction."""
-    return Prediction(exists=False, value=0.0)
+NO_PREDICTION = Prediction(exists=False, value=0.0)
 
 
 def accepts(prediction: Prediction, aggregate: float, tolerance: float) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fuzzy_fusion_ros.core.finite import clamped
 from fuzzy_fusion_ros.core.parameters import BreakPoints
 
 
@@ -15,4 +16,5 @@ def large(x: float, ramp: BreakPoints) -> float:
     Returns:
         The grade, 0 up to ``ramp.small`` and 1 from ``ramp.large`` on.
     """
-    return min(max((x - ramp.small) / (ramp.large - ramp.small), 0.0), 1.0)
+    grade = (x - ramp.small) / (ramp.large - ramp.small)
+    return clamped(grade, 0.0, 1.0)

@@ -36,8 +36,8 @@ class Weights(Group):
     """Table 1, W1: the weight of S1 that each rule concludes."""
 
     very_small: float = real(0.0, "W1 when the difference is large and the rate small", high=1.0)
-    small: float = real(0.05, "W1 when difference and rate are small", high=1.0)
-    large: float = real(0.3, "W1 when the difference is small and the rate large", high=1.0)
+    small: float = real(0.0, "W1 when difference and rate are small", high=1.0)
+    large: float = real(0.2, "W1 when the difference is small and the rate large", high=1.0)
     very_large: float = real(0.7, "W1 when difference and rate are large", high=1.0)
 
 
@@ -46,14 +46,14 @@ class Drifts(Group):
     """Table 1, drift: what is added in the direction of the signal's motion."""
 
     small: float = real(0.0, "drift under every other rule", unit="signal")
-    large: float = real(0.1, "drift when the difference is small and the rate large", unit="signal")
+    large: float = real(0.08, "drift when the difference is small and the rate large", unit="signal")
 
 
 @dataclass(frozen=True)
 class AggregatorParameters(Group):
     """The fuzzy aggregator, method § 2."""
 
-    difference: BreakPoints = group(BreakPoints(0.0, 0.3))
+    difference: BreakPoints = group(BreakPoints(0.1, 0.5))
     rate: BreakPoints = group(BreakPoints(0.0, 1.0))
     rate_time_constant: float = real(
         0.03,

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fuzzy_fusion_ros.core.finite import bounded
-from fuzzy_fusion_ros.core.gate import Prediction, no_prediction
+from fuzzy_fusion_ros.core.gate import NO_PREDICTION, Prediction
 from fuzzy_fusion_ros.core.parameters import PredictorParameters
 
 Array = NDArray[np.float64]
@@ -105,7 +105,7 @@ def prediction_at(parameters: PredictorParameters, state: Predictor, stamp_ns: i
     """
     elapsed_ns = stamp_ns - state.stamp_ns
     if not parameters.enabled or not state.ready or elapsed_ns > LONGEST_STEP * state.step_ns:
-        return no_prediction()
+        return NO_PREDICTION
     stretch = elapsed_ns / state.step_ns
     return Prediction(exists=True, value=state.history[-1] + stretch * state.increment)
 
