@@ -182,6 +182,10 @@ class BagTypes:
         for name, described in own.items():
             if _same(known.get(name), described):
                 continue
+            missing = [each for each in _nested(described) if each not in {**known, **own}]
+            if missing:
+                self.problems.append(f"type {name} is not usable: {missing[0]} is not described")
+                continue
             replaced = known.pop(name, None)
             try:
                 self._store.register({name: described})
@@ -259,6 +263,12 @@ def _rosidl(described: Any) -> Any:
     if isinstance(described, tuple):
         return tuple(_rosidl(each) for each in described)
     return "uint8" if described == "char" else described
+
+
+def _nested(described: Any) -> list[str]:
+    """Return the message types in the fields of a type."""
+    fields = [_field_type(each) for _, each in described[1]]
+    return [field.name for field in fields if field.is_message]
 
 
 def _field_type(described: Any) -> FieldType:
