@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
@@ -9,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fuzzy_fusion_ros.bag.reader import BagReader
-from fuzzy_fusion_ros.bag.roles import Topics, fields_of, unit_of
+from fuzzy_fusion_ros.bag.roles import Topics, explanation_prefix, fields_of, unit_of
 from fuzzy_fusion_ros.bag.ticks import Ticks
 from fuzzy_fusion_ros.bag.topic import BagMessage
 from fuzzy_fusion_ros.core.errors import BagError, MessageError
@@ -18,7 +20,7 @@ from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.core.series import Reals, Series, Stamps
 from fuzzy_fusion_ros.core.trigger import Step, trigger_for
-from fuzzy_fusion_ros.messages import FieldPath, sample_from_message
+from fuzzy_fusion_ros.messages import FieldPath, resolve_field, sample_from_message
 
 Through = Callable[[Iterable[BagMessage]], Iterable[BagMessage]]
 """Passes messages on, and shows how far it is."""
@@ -140,6 +142,28 @@ def read_recording(
         unit=unit_of(bag.topics[topics.s2].msgtype, fields["s2"].text),
         notes=(*notes, *bag.problems),
     )
+
+
+def read_explanation(
+    bag: BagReader, topics: Topics, start_s: float | None = None, end_s: float | None = None
+) -> dict[str, Track]:
+    """Return what a bag holds of weight and drift behind its estimates, by name.
+
+    Args:
+        bag: The bag.
+        topics: Names the topic of the estimate, beside which they are.
+        start_s: Where to begin, seconds from the bag's first message.
+        end_s: Where to end, before this.
+    """
+    prefix = explanation_prefix(topics.estimate)
+    here = [name for name in ("weight", "drift") if prefix + name in bag.topics]
+    readers = {prefix + name: _Reader(prefix + name, LONGEST_LATE) for name in here}
+    fields = {each: resolve_field(bag.types, bag.topics[each].msgtype) for each in readers}
+    for message in bag.messages(list(readers), start_s, end_s):
+        with contextlib.suppress(MessageError):
+            value = bag.decode(message)
+            readers[message.topic].take(value, fields[message.topic], message.log_ns, math.inf)
+    return {name: readers[prefix + name].track() for name in here}
 
 
 class _Reader:

@@ -15,7 +15,7 @@ from fuzzy_fusion_ros.bag.blank import blank_message
 from fuzzy_fusion_ros.bag.qos import QosProfile
 from fuzzy_fusion_ros.bag.reader import BagReader, open_bag
 from fuzzy_fusion_ros.bag.recording import UNREADABLE, Through
-from fuzzy_fusion_ros.bag.roles import Topics, fields_of
+from fuzzy_fusion_ros.bag.roles import Topics, explanation_prefix, fields_of
 from fuzzy_fusion_ros.bag.ticks import Ticks
 from fuzzy_fusion_ros.bag.topic import BagMessage, Definition, Topic
 from fuzzy_fusion_ros.bag.writer import BagWriter
@@ -27,7 +27,6 @@ from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages import sample_from_message
 from fuzzy_fusion_ros.messages.outputs import EXPLANATION, POINT, EstimateMessages, explain
 
-NODE = "fusion_node"
 _UNDESCRIBED = Definition("unknown", "")
 
 
@@ -155,7 +154,7 @@ class _Station:
             bag.topics[topics.s2].msgtype,
             self._fields["s2"],
         )
-        self._prefix = topics.estimate.rpartition("/")[0] + f"/{NODE}/"
+        self._prefix = explanation_prefix(topics.estimate)
         self.outputs = {topics.estimate: self._estimates.type_name}
         self.outputs |= {self._prefix + name: kind for name, kind in EXPLANATION.items()}
         self._unreadable: Counter[str] = Counter()

@@ -11,6 +11,7 @@ from fuzzy_fusion_ros.core.errors import MessageError
 from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.messages import FieldPath, resolve_field
 
+NODE = "fusion_node"
 ROLES = ("s1", "s2", "estimate", "truth")
 
 
@@ -34,6 +35,11 @@ class Topics(NamedTuple):
     def by_role(self) -> dict[str, str]:
         """Return the topic of each role."""
         return {role: getattr(self, role) for role in ROLES}
+
+
+def explanation_prefix(estimate: str) -> str:
+    """Return where the node's own topics are: beside its estimate, below its name."""
+    return f"{estimate.rpartition('/')[0]}/{NODE}/"
 
 
 def fields_of(bag: BagReader, topics: Topics, parameters: Parameters) -> dict[str, FieldPath]:

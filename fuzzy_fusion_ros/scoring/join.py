@@ -1,0 +1,73 @@
+"""Series at the stamps of other series."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from fuzzy_fusion_ros.bag.recording import Track
+from fuzzy_fusion_ros.core.estimator import WAITING, Estimate
+from fuzzy_fusion_ros.core.series import Method, Reals, Series, Stamps, run
+
+WORTH_COMPILING = 300_000
+"""From so many samples on, compiling a method costs less time than it saves."""
+
+
+def interpolated(track: Track, stamps_ns: Stamps) -> Reals:
+    """Return a track between its samples, on straight lines.
+
+    Args:
+        track: Samples in rising order of stamps.
+        stamps_ns: Where it is wanted, shape (n,), nanoseconds.
+
+    Returns:
+        Shape (n,); NaN before the first and after the last sample: nothing is extrapolated.
+    """
+    found = np.full(stamps_ns.shape, np.nan)
+    if track.stamps_ns.size == 0:
+        return found
+    inside = (stamps_ns >= track.stamps_ns[0]) & (stamps_ns <= track.stamps_ns[-1])
+    wanted = stamps_ns[inside]
+    after = np.searchsorted(track.stamps_ns, wanted, side="left")
+    before = np.where(track.stamps_ns[after] == wanted, after, after - 1)
+    gap = track.stamps_ns[after] - track.stamps_ns[before]
+    share = (wanted - track.stamps_ns[before]) / np.maximum(gap, 1)
+    found[inside] = (1.0 - share) * track.values[before] + share * track.values[after]
+    return found
+
+
+def held(stamps_ns: Stamps, values: Reals, wanted_ns: Stamps) -> Reals:
+    """Return a series held from sample to sample, NaN before the first.
+
+    Args:
+        stamps_ns: Its stamps, rising, shape (m,), nanoseconds.
+        values: Its values, shape (m,).
+        wanted_ns: Where it is wanted, shape (n,), nanoseconds.
+    """
+    newest = np.searchsorted(stamps_ns, wanted_ns, side="right") - 1
+    return np.where(newest >= 0, np.append(values, np.nan)[newest], np.nan)
+
+
+def values_of(method: Method, series: Series) -> Reals:
+    """Run a method over a series; NaN where it has no estimate, shape (n,)."""
+    if series.s1.size > WORTH_COMPILING:
+        trace = run(method, series)
+        return np.where(trace.mode == WAITING, np.nan, trace.value)
+    estimates = steps(method, series)
+    return np.array([np.nan if each.mode == WAITING else each.value for each in estimates])
+
+
+def steps(method: Method, series: Series) -> Iterator[Estimate]:
+    """Yield the estimates of a method over a series, bit for bit those of a compiled run."""
+    state = method.state
+    s2 = zip(series.s2_ns.tolist(), series.s2.tolist(), strict=True)
+    seen = 0
+    for stamp_ns, value, known in zip(
+        series.s1_ns.tolist(), series.s1.tolist(), series.s2_known.tolist(), strict=True
+    ):
+        while seen < known:
+            state = method.observe_s2(method.parameters, state, *next(s2))
+            seen += 1
+        estimate, state = method.update(method.parameters, state, stamp_ns, value)
+        yield estimate

@@ -1,0 +1,209 @@
+"""What an estimate is scored by: each a function with a name and a unit.
+
+All take errors (estimate less truth) and their times. Statistics whose name tells no more are
+over the magnitude of the error, as users of evo know them; ``bias`` and ``std`` keep the sign.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+
+from fuzzy_fusion_ros.core.errors import FusionError
+from fuzzy_fusion_ros.core.series import Reals
+
+LAGS = 200
+"""So many shifts each way are tried for the lag."""
+
+_MOST_POINTS = 200_000
+
+
+class ScoreError(FusionError):
+    """There is nothing to score, or scores cannot be compared."""
+
+
+class Matched(NamedTuple):
+    """An estimate beside the truth.
+
+    Attributes:
+        time_s: Times, rising, shape (n,), seconds.
+        estimate: The estimate, finite, shape (n,).
+        truth: The truth, finite, shape (n,).
+    """
+
+    time_s: Reals
+    estimate: Reals
+    truth: Reals
+
+    @property
+    def error(self) -> Reals:
+        """Estimate less truth, shape (n,)."""
+        return self.estimate - self.truth
+
+
+class Metric(NamedTuple):
+    """A number that tells how good an estimate is; for all but ``bias`` and ``lag`` less is better.
+
+    Attributes:
+        name: Short, as in tables and JSON.
+        unit: Built from that of the signal, which is written ``u``.
+        function: What computes it.
+        text: Its meaning.
+    """
+
+    name: str
+    unit: str
+    function: Callable[[Matched], float]
+    text: str
+
+    def unit_for(self, signal: str) -> str:
+        """Return the unit for a signal of that unit."""
+        compound = f"({signal})" if "/" in signal and self.unit != "u" else signal
+        return self.unit.replace("u", compound)
+
+
+def _checked(function: Callable[[Matched], float]) -> Callable[[Matched], float]:
+    """Refuse what no number can be told of."""
+
+    @functools.wraps(function)
+    def check(matched: Matched) -> float:
+        shapes = {array.shape for array in matched}
+        if len(shapes) != 1 or matched.time_s.ndim != 1:
+            raise ScoreError(f"got arrays of shapes {sorted(shapes)}, expected three of one (n,)")
+        if matched.time_s.size == 0:
+            raise ScoreError("got no sample, expected one at least")
+        if not all(np.isfinite(array).all() for array in matched):
+            raise ScoreError("got a number that is not finite, expected finite ones only")
+        if not (np.diff(matched.time_s) > 0.0).all():
+            raise ScoreError("got times that do not rise, expected rising ones")
+        return function(matched)
+
+    return check
+
+
+@_checked
+def rmse(matched: Matched) -> float:
+    """Return the root of the mean squared error."""
+    return float(np.sqrt(np.mean(np.square(matched.error))))
+
+
+@_checked
+def mae(matched: Matched) -> float:
+    """Return the mean magnitude of the error; evo calls it mean."""
+    return float(np.mean(np.abs(matched.error)))
+
+
+@_checked
+def median(matched: Matched) -> float:
+    """Return the median magnitude of the error."""
+    return float(np.median(np.abs(matched.error)))
+
+
+@_checked
+def std(matched: Matched) -> float:
+    """Return the standard deviation of the error."""
+    return float(np.std(matched.error))
+
+
+@_checked
+def smallest(matched: Matched) -> float:
+    """Return the smallest magnitude of the error."""
+    return float(np.min(np.abs(matched.error)))
+
+
+@_checked
+def largest(matched: Matched) -> float:
+    """Return the largest magnitude of the error."""
+    return float(np.max(np.abs(matched.error)))
+
+
+@_checked
+def sse(matched: Matched) -> float:
+    """Return the sum of the squared errors."""
+    return float(np.sum(np.square(matched.error)))
+
+
+@_checked
+def bias(matched: Matched) -> float:
+    """Return the mean error."""
+    return float(np.mean(matched.error))
+
+
+@_checked
+def iae(matched: Matched) -> float:
+    """Return the time integral of the error's magnitude; each sample holds until the next."""
+    return float(np.sum(np.abs(matched.error) * _durations(matched.time_s)))
+
+
+@_checked
+def itae(matched: Matched) -> float:
+    """Return that integral, weighted by the time since the first sample."""
+    elapsed = matched.time_s - matched.time_s[0]
+    return float(np.sum(elapsed * np.abs(matched.error) * _durations(matched.time_s)))
+
+
+@_checked
+def lag(matched: Matched) -> float:
+    """Return how late the estimate is, negative if early: the shift at which it fits best.
+
+    The fit is of both about their means, on a grid of the median step, over ``LAGS`` steps each
+    way at most a quarter of the span; 0 where a series does not move.
+    """
+    steps = np.diff(matched.time_s)
+    if steps.size < 4:
+        return 0.0
+    span = float(matched.time_s[-1] - matched.time_s[0])
+    step = max(float(np.median(steps)), span / _MOST_POINTS)
+    grid = np.arange(matched.time_s[0], matched.time_s[-1], step)
+    estimate = np.interp(grid, matched.time_s, matched.estimate)
+    truth = np.interp(grid, matched.time_s, matched.truth)
+    reach = min(LAGS, grid.size // 4)
+    middle = truth[reach : truth.size - reach]
+    if np.ptp(estimate) == 0.0 or np.ptp(truth) == 0.0:
+        return 0.0
+    windows = np.lib.stride_tricks.sliding_window_view(estimate, middle.size)
+    misfits = np.array([np.var(window - middle) for window in windows])
+    best = int(np.argmin(misfits))
+    return (best - reach + _vertex(misfits, best)) * step
+
+
+def _vertex(values: Reals, at: int) -> float:
+    """Return where between its neighbours the parabola through a minimum has its own."""
+    if at == 0 or at == values.size - 1:
+        return 0.0
+    before, here, after = values[at - 1 : at + 2]
+    curvature = before - 2.0 * here + after
+    return float(0.5 * (before - after) / curvature) if curvature > 0.0 else 0.0
+
+
+def _durations(time_s: Reals) -> Reals:
+    """Return how long each sample holds; the last one as long as the one before it."""
+    steps = np.diff(time_s)
+    return np.append(steps, steps[-1:]) if steps.size else np.zeros(1)
+
+
+METRICS: Mapping[str, Metric] = MappingProxyType(
+    {
+        metric.name: metric
+        for metric in (
+            Metric("rmse", "u", rmse, "root mean square error"),
+            Metric("mae", "u", mae, "mean magnitude of the error (evo: mean)"),
+            Metric("median", "u", median, "median magnitude of the error"),
+            Metric("std", "u", std, "standard deviation of the error"),
+            Metric("min", "u", smallest, "smallest magnitude of the error"),
+            Metric("max", "u", largest, "largest magnitude of the error"),
+            Metric("sse", "u^2", sse, "sum of squared errors"),
+            Metric("bias", "u", bias, "mean error"),
+            Metric("iae", "u s", iae, "time integral of the error's magnitude"),
+            Metric("itae", "u s^2", itae, "the same, weighted by time"),
+            Metric("lag", "s", lag, "how late the estimate is"),
+        )
+    }
+)
+
+REPORTED = ("rmse", "mae", "iae", "itae", "max", "bias")
+"""Those in the JSON of ``score``."""

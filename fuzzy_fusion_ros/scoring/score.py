@@ -1,0 +1,195 @@
+"""The scores of an estimate, of both sensors and of every baseline, at the same stamps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fuzzy_fusion_ros.bag import open_bag
+from fuzzy_fusion_ros.bag.recording import (
+    Recording,
+    Through,
+    Track,
+    read_explanation,
+    read_recording,
+)
+from fuzzy_fusion_ros.bag.roles import Topics
+from fuzzy_fusion_ros.baselines import BaselineParameters, baselines_for, methods
+from fuzzy_fusion_ros.core.estimator import WAITING
+from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.core.series import Reals, fusion
+from fuzzy_fusion_ros.scoring.join import held, interpolated, steps, values_of
+from fuzzy_fusion_ros.scoring.metrics import METRICS, REPORTED, Matched, ScoreError
+
+
+class Score(NamedTuple):
+    """Everything that a table, a JSON file or a plot of one recording shows.
+
+    Attributes:
+        name: The bag.
+        matched: Estimates that have a truth beside them, n.
+        of: Estimates in the span.
+        span_s: First and last matched time, seconds from the bag's first message.
+        unit: Unit of the signal, ``""`` where it is not known.
+        recomputed: Whether the bag had no estimate, so that the fusion ran here.
+        time_s: Matched times, shape (n,), seconds from the bag's first message.
+        truth: The truth at them, shape (n,).
+        values: Every estimator's output at them by its name, shape (n,) each.
+        behind: What stands behind the estimate: weight and drift by name, where known.
+        notes: What was left out of the recording, one line each.
+    """
+
+    name: str
+    matched: int
+    of: int
+    span_s: tuple[float, float]
+    unit: str
+    recomputed: bool
+    time_s: Reals
+    truth: Reals
+    values: Mapping[str, Reals]
+    behind: Mapping[str, Reals]
+    notes: tuple[str, ...]
+
+    def scores(self, estimator: str) -> dict[str, float]:
+        """Return every metric of an estimator by its name."""
+        matched = Matched(self.time_s, self.values[estimator], self.truth)
+        return {name: metric.function(matched) for name, metric in METRICS.items()}
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what ``score --json`` writes; an unknown unit is null."""
+        return {
+            "matched": self.matched,
+            "of": self.of,
+            "span_s": list(self.span_s),
+            "unit": self.unit or None,
+            "estimators": {name: self._reported(name) for name in self.values},
+        }
+
+    def _reported(self, estimator: str) -> dict[str, float]:
+        scores = self.scores(estimator)
+        return {name: scores[name] for name in REPORTED}
+
+
+def score_bag(
+    path: str | Path,
+    topics: Topics,
+    parameters: Parameters,
+    baselines: BaselineParameters | None = None,
+    start_s: float | None = None,
+    end_s: float | None = None,
+    through: Through = lambda messages: messages,
+) -> Score:
+    """Read a bag and score it.
+
+    Args:
+        path: The bag.
+        topics: What to read of it.
+        parameters: Of the fusion, which runs here if the bag has no estimate.
+        baselines: Parameters of the baselines; derived from the recording unless given.
+        start_s: Where to begin, seconds from the bag's first message.
+        end_s: Where to end, before this.
+        through: Passes the messages on.
+
+    Raises:
+        BagError: The bag cannot be read, or S1, S2 or the truth is not in it.
+        MessageError: A field is not in its type.
+        ScoreError: No estimate has a truth beside it.
+    """
+    with open_bag(path) as bag:
+        bag.require_topics(topics.s1, topics.s2, topics.truth)
+        recording = read_recording(bag, topics, parameters, start_s, end_s, through)
+        behind = read_explanation(bag, topics, start_s, end_s)
+    return score(recording, parameters, baselines, behind)
+
+
+def score(
+    recording: Recording,
+    parameters: Parameters,
+    baselines: BaselineParameters | None = None,
+    behind: Mapping[str, Track] | None = None,
+) -> Score:
+    """Score a recording.
+
+    Args:
+        recording: With a truth; without an estimate the fusion runs here.
+        parameters: Of the fusion, for that case.
+        baselines: Parameters of the baselines; derived from the recording unless given.
+        behind: What the bag holds of the estimate's explanation, by name.
+
+    Raises:
+        ScoreError: No estimate has a truth beside it.
+    """
+    estimate, explanation = recording.estimate, dict(behind or {})
+    recomputed = estimate.stamps_ns.size == 0
+    if recomputed:
+        estimate, explanation = _computed(recording, parameters)
+    stamps_ns = estimate.stamps_ns
+    series = recording.series
+    made = methods(baselines or baselines_for(series))
+    values = {"estimate": estimate.values}
+    for name, method in made.items():
+        values[name] = held(series.s1_ns, values_of(method, series), stamps_ns)
+    truth = interpolated(recording.truth, stamps_ns)
+    usable = np.isfinite([truth, *values.values()]).all(axis=0)
+    if not usable.any():
+        raise ScoreError(_why_none(recording, estimate))
+    log_s = (estimate.log_ns[usable] - recording.start_ns) * 1e-9
+    since_first = (stamps_ns[usable] - stamps_ns[usable][0]) * 1e-9
+    return Score(
+        name=recording.name,
+        matched=int(usable.sum()),
+        of=int(usable.size),
+        span_s=(float(log_s[0]), float(log_s[-1])),
+        unit=recording.unit,
+        recomputed=recomputed,
+        time_s=log_s[0] + since_first,
+        truth=truth[usable],
+        values={name: each[usable] for name, each in values.items()},
+        behind={
+            name: held(track.stamps_ns, track.values, stamps_ns[usable])
+            for name, track in explanation.items()
+            if track.stamps_ns.size
+        },
+        notes=recording.notes,
+    )
+
+
+def _computed(recording: Recording, parameters: Parameters) -> tuple[Track, dict[str, Track]]:
+    """Run the fusion over a recording; return the estimates, and weight and drift behind them."""
+    series = recording.series
+    found = [
+        (k, each)
+        for k, each in enumerate(steps(fusion(parameters), series))
+        if each.mode != WAITING
+    ]
+    stamps_ns = series.s1_ns[[k for k, _ in found]]
+    at = np.searchsorted(recording.s1.stamps_ns, stamps_ns)
+    log_ns = recording.s1.log_ns[at]
+
+    def track(values: list[float]) -> Track:
+        return Track(stamps_ns, np.array(values, np.float64), log_ns)
+
+    behind = {
+        "weight": track([each.aggregate.weight for _, each in found]),
+        "drift": track([each.aggregate.drift for _, each in found]),
+    }
+    return track([each.value for _, each in found]), behind
+
+
+def _why_none(recording: Recording, estimate: Track) -> str:
+    return (
+        f"bag {recording.name!r}: matched 0 of {estimate.stamps_ns.size} estimates: their stamps "
+        f"are {_span(estimate)}, those of the truth {_span(recording.truth)}, of S1 "
+        f"{_span(recording.s1)}, of S2 {_span(recording.s2)}; where they do not overlap, the "
+        "clocks differ (simulated and system time?) or --start and --end leave nothing"
+    )
+
+
+def _span(track: Track) -> str:
+    if track.stamps_ns.size == 0:
+        return "none"
+    return f"{track.stamps_ns[0] * 1e-9:.3f} to {track.stamps_ns[-1] * 1e-9:.3f} s"
