@@ -17,16 +17,18 @@ SOURCES = sorted((ROOT / PACKAGE).rglob("*.py"))
 # A room is a folder or a file right below the package; it may import itself and these.
 MAY_IMPORT = {
     "core": set[str](),
+    "parameter_file": {"core"},
     "simulation": {"core"},
     "baselines": {"core"},
     "messages": {"core"},
     "bag": {"core", "messages"},
-    "scoring": {"core", "simulation", "baselines", "messages", "bag"},
+    "scoring": {"core", "parameter_file", "simulation", "baselines", "messages", "bag"},
     "plots": {"core", "simulation", "baselines", "messages", "bag", "scoring"},
-    "nodes": {"core", "messages", "simulation", "bag"},
-    "testing": {"core", "messages", "simulation", "bag", "nodes"},
+    "nodes": {"core", "parameter_file", "messages", "simulation", "bag"},
+    "testing": {"core", "parameter_file", "messages", "simulation", "bag", "nodes"},
     "cli": {
         "core",
+        "parameter_file",
         "simulation",
         "baselines",
         "messages",

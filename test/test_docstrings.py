@@ -8,6 +8,7 @@ import importlib
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 from typing import NamedTuple
 
 from fuzzy_fusion_ros.core import errors
@@ -185,11 +186,13 @@ def test_attributes_are_explained_by_their_names() -> None:
 
 
 def test_errors_are_explained_by_their_names() -> None:
-    """An error is known where it is raised, or one of the package's own or of Python's."""
+    """An error is known where it is raised, there by its module, or it is ours or Python's."""
     wrong = []
     for d in documented():
         for error in section(d.docstring, "Raises") or ():
-            places = (importlib.import_module(d.module), errors, builtins)
+            here = importlib.import_module(d.module)
+            modules = [x for x in vars(here).values() if isinstance(x, ModuleType)]
+            places = (here, *modules, errors, builtins)
             found = next((getattr(p, error) for p in places if hasattr(p, error)), None)
             if not (isinstance(found, type) and issubclass(found, BaseException)):
                 wrong.append((d.name, error))
