@@ -1,4 +1,4 @@
-"""The estimate as a message: S2's latest with another number and stamp, or a type of its own."""
+"""Publishes estimates, and what stands behind them as far as someone listens."""
 
 from __future__ import annotations
 
@@ -9,63 +9,58 @@ from rclpy.node import Node
 from fuzzy_fusion_ros.core.errors import MessageError
 from fuzzy_fusion_ros.core.fusion import Fused
 from fuzzy_fusion_ros.core.parameters import EstimateParameters
-from fuzzy_fusion_ros.messages import (
-    InstalledTypes,
-    copy_with,
-    load_message_class,
-    normalise_type_name,
-    resolve_field,
-)
-from fuzzy_fusion_ros.nodes.outlet import Outlet
+from fuzzy_fusion_ros.messages import InstalledTypes
+from fuzzy_fusion_ros.messages.outputs import EXPLANATION, EstimateMessages, explain
+from fuzzy_fusion_ros.nodes.outlet import Outlet, new_message
 from fuzzy_fusion_ros.nodes.recorder import Recorder
 from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
 
 
 class EstimateOutput:
-    """Publishes estimates.
+    """The topics ``estimate`` and ``~/weight``, ``~/drift`` and so on.
 
     Attributes:
         published: Estimates published.
         unwritable: Estimates that did not fit into a message.
-        last_problem: Why the last of them did not; empty if none was.
+        last_problem: Why the last of them did not; empty if all did.
     """
 
     def __init__(
         self, node: Node, parameters: EstimateParameters, s2: SensorInput, recorder: Recorder
     ) -> None:
-        """Publish on ``estimate``.
+        """Publish.
 
         Raises:
-            MessageError: The type is not installed or has no such field.
+            MessageError: The type of the estimate is not installed or has no such field.
         """
-        like_s2 = parameters.type in ("", s2.type_name)
-        type_name = s2.type_name if like_s2 else normalise_type_name(parameters.type)
-        if like_s2 and not parameters.field:
-            self._field = s2.field
-        else:
-            self._field = resolve_field(InstalledTypes(), type_name, parameters.field)
-        self._copies_s2 = like_s2
-        self._template = load_message_class(type_name)()
-        self._outlet = Outlet(node, "estimate", type_name, recorder)
+        self._messages = EstimateMessages(
+            InstalledTypes(), new_message, parameters, s2.type_name, s2.field
+        )
+        self._estimate = Outlet(node, "estimate", self._messages.type_name, recorder)
+        self._explanation = {
+            name: Outlet(node, f"~/{name}", type_name, recorder)
+            for name, type_name in EXPLANATION.items()
+        }
         self.published = 0
         self.unwritable = 0
         self.last_problem = ""
 
     def see_s2(self, message: Any) -> None:
         """Take a message of S2 as the one to copy from now on."""
-        if self._copies_s2:
-            self._template = message
-        elif hasattr(self._template, "header") and hasattr(message, "header"):
-            self._template.header.frame_id = message.header.frame_id
+        self._messages.see_s2(message)
 
-    def publish(self, fused: Fused, log_ns: int) -> bool:
-        """Publish an estimate; return whether it fitted into a message."""
+    def publish(self, fused: Fused, log_ns: int) -> None:
+        """Publish an estimate, then what explains it and is asked for."""
         try:
-            message = copy_with(self._template, self._field, fused.estimate.value, fused.stamp_ns)
+            message = self._messages.message(fused)
         except MessageError as error:
             self.unwritable += 1
             self.last_problem = str(error)
-            return False
-        self._outlet.send(message, log_ns)
+            return
+        self._estimate.send(message, log_ns)
         self.published += 1
-        return True
+        wanted = {name: outlet for name, outlet in self._explanation.items() if outlet.wanted}
+        if wanted:
+            for name, message in explain(new_message, fused):
+                if name in wanted:
+                    wanted[name].send(message, log_ns)

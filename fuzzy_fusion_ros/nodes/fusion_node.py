@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
+from std_srvs.srv import SetBool, Trigger
 
 from fuzzy_fusion_ros.core.fusion import Fused, Fusion
 from fuzzy_fusion_ros.core.parameters import Parameters, SensorParameters
+from fuzzy_fusion_ros.nodes.diagnostics import Diagnostics
 from fuzzy_fusion_ros.nodes.estimates import EstimateOutput
-from fuzzy_fusion_ros.nodes.explanation import Explanation
+from fuzzy_fusion_ros.nodes.fusion_report import FusionReport
+from fuzzy_fusion_ros.nodes.node_time import NodeTime
 from fuzzy_fusion_ros.nodes.parameters import ConfiguredNode
+from fuzzy_fusion_ros.nodes.qos import input_profile
 from fuzzy_fusion_ros.nodes.recorder import recorder_for
+from fuzzy_fusion_ros.nodes.rule_report import RuleReport
 from fuzzy_fusion_ros.nodes.sensor_input import Received, SensorInput
+from fuzzy_fusion_ros.nodes.sensor_report import SensorReport
+from fuzzy_fusion_ros.nodes.statistics import WorkTime
 
 
 class FusionNode(ConfiguredNode[Parameters]):
@@ -26,48 +32,103 @@ class FusionNode(ConfiguredNode[Parameters]):
             FusionError: A parameter, a message type or a field cannot be used.
         """
         super().__init__("fusion_node", Parameters(), **options)
-        self._recorder = recorder_for(self.parameters.record)
-        self._fusion = Fusion(self.parameters)
-        self._s1 = self._input("s1", self.parameters.s1, self._on_s1)
-        self._s2 = self._input("s2", self.parameters.s2, self._on_s2)
-        self._output = EstimateOutput(self, self.parameters.estimate, self._s2, self._recorder)
-        self._explanation = Explanation(self, self._recorder)
-        if self.parameters.trigger == "timer":
-            period = 1.0 / self.parameters.rate
-            steady = Clock(clock_type=ClockType.STEADY_TIME)
-            self._ticks = self.create_timer(period, self.guarded(self._on_tick), clock=steady)
+        parameters = self.parameters
+        self._time = NodeTime(self)
+        self._recorder = recorder_for(parameters.record)
+        self._fusion = Fusion(parameters)
+        work = WorkTime()
+        self._s1 = self._input("s1", parameters.s1, work.timed(self._on_s1))
+        self._s2 = self._input("s2", parameters.s2, work.timed(self._on_s2))
+        self._output = EstimateOutput(self, parameters.estimate, self._s2, self._recorder)
+        self._rules = RuleReport(lambda: self.parameters)
+        self._report = FusionReport(
+            self.log,
+            self._fusion,
+            (self._s1, self._s2),
+            self._output,
+            work,
+            lambda: self.parameters,
+        )
+        self._diagnostics = Diagnostics(
+            self,
+            self._time,
+            self._report,
+            SensorReport("s1", self._s1, self._fusion.s1, lambda: self.parameters.s1.timeout),
+            SensorReport("s2", self._s2, self._fusion.s2, lambda: self.parameters.s2.timeout),
+            self._rules,
+        )
+        self._jumps = self._time.on_jump_back(self._on_jump_back)
+        self.create_service(Trigger, "~/reset", self._on_reset)
+        self.create_service(SetBool, "~/enable", self._on_enable)
+        if parameters.trigger == "timer":
+            self._ticks = self._time.every(1.0 / parameters.rate, self.guarded(self._on_tick))
 
-    def _input(self, topic: str, parameters: SensorParameters, take: Any) -> SensorInput:
+    def _input(
+        self, topic: str, parameters: SensorParameters, take: Callable[[Received], bool]
+    ) -> SensorInput:
+        profile = input_profile(self.parameters.qos)
         return SensorInput(
             self,
+            self._time,
             topic,
             parameters,
-            qos=self.parameters.qos,
-            future_tolerance=self.parameters.future_tolerance,
-            recorder=self._recorder,
-            take=take,
+            profile,
+            self._recorder,
+            take,
+            lambda: self.parameters.future_tolerance,
         )
 
-    def _on_s1(self, received: Received) -> None:
-        self._publish(self._fusion.take_s1(received.sample, received.now_ns), received.log_ns)
+    def _on_s1(self, received: Received) -> bool:
+        admitted, restarts = self._fusion.s1.admitted, self._fusion.restarts
+        fused = self._fusion.take_s1(received.sample, received.now_ns)
+        self._publish(fused, restarts, received.log_ns)
+        return self._fusion.s1.admitted > admitted
 
-    def _on_s2(self, received: Received) -> None:
-        admitted = self._fusion.s2.admitted
+    def _on_s2(self, received: Received) -> bool:
+        admitted, restarts = self._fusion.s2.admitted, self._fusion.restarts
         fused = self._fusion.take_s2(received.sample, received.now_ns)
         if self._fusion.s2.admitted > admitted:
             self._output.see_s2(received.message)
-        self._publish(fused, received.log_ns)
+        self._publish(fused, restarts, received.log_ns)
+        return self._fusion.s2.admitted > admitted
 
     def _on_tick(self) -> None:
-        self._publish(self._fusion.tick(), self.get_clock().now().nanoseconds)
+        self._publish(self._fusion.tick(), self._fusion.restarts, self._time.now_ns())
 
-    def _publish(self, fused: Fused | None, log_ns: int) -> None:
-        if fused is not None and self._output.publish(fused, log_ns):
-            self._explanation.publish(fused, log_ns)
+    def _publish(self, fused: Fused | None, restarts: int, log_ns: int) -> None:
+        if self._fusion.restarts > restarts:
+            self.log.warning("stamps have jumped back: history cleared, fusing anew")
+        if fused is not None:
+            self._rules.record.see(fused)
+            self._report.see(fused)
+            if self._report.enabled:
+                self._output.publish(fused, log_ns)
+
+    def _on_jump_back(self) -> None:
+        """Clear what is from a time that is still to come; samples may have told already."""
+        newest_ns = max(self._fusion.s1.newest_ns or 0, self._fusion.s2.newest_ns or 0)
+        if newest_ns > self._time.now_ns():
+            self._fusion.reset()
+            self.log.warning("the clock has jumped back: history cleared, fusing anew")
+
+    def _on_reset(self, _: Trigger.Request, response: Any) -> Any:
+        self._fusion.reset()
+        self._rules.restart()
+        response.success, response.message = True, "history cleared"
+        return response
+
+    def _on_enable(self, request: Any, response: Any) -> Any:
+        self._report.enable(request.data)
+        word = "published" if request.data else "taken in, no estimates are published"
+        response.success, response.message = True, f"samples are {word}"
+        return response
 
     def on_parameters(self) -> None:
-        """Let the next sample see new parameters."""
+        """Let the next sample see new parameters, and what is said of them start anew."""
         self._fusion.parameters = self.parameters
+        self._rules.restart()
+        if self.parameters.trigger == "timer":
+            self._ticks.timer_period_ns = 1e9 / self.parameters.rate
 
     def destroy_node(self) -> None:
         """Finish the bag, then leave the graph."""

@@ -11,16 +11,19 @@ class Losses:
     """Counts gaps in the numbers that a publisher gives its messages.
 
     Messages are lost when they come faster than the node takes them (the newest stay), or on
-    the way. With several publishers on a topic their numbers cannot be told apart, so nothing
-    is counted.
-
-    Attributes:
-        count: Messages lost so far.
+    the way. With several publishers on a topic their numbers cannot be told apart: what the
+    middleware itself reports is left then.
     """
 
     def __init__(self) -> None:
-        self.count = 0
+        self._gaps = 0
+        self._reported = 0
         self._last: int | None = None
+
+    @property
+    def count(self) -> int:
+        """Messages lost so far."""
+        return max(self._gaps, self._reported)
 
     def see(self, number: int | None, publishers: Callable[[], int]) -> None:
         """Take the number of a message that came in.
@@ -32,8 +35,12 @@ class Losses:
         last, self._last = self._last, number
         if last is None or number is None or number <= last + 1:
             return
-        if publishers() == 1:
-            self.count += number - last - 1
+        if publishers() <= 1:
+            self._gaps += number - last - 1
+
+    def report(self, total: int) -> None:
+        """Take the middleware's own count."""
+        self._reported = total
 
 
 class WithNumber:

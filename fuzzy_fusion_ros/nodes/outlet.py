@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from geometry_msgs.msg import PointStamped
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.serialization import serialize_message
 
 from fuzzy_fusion_ros.messages import load_message_class
-from fuzzy_fusion_ros.messages.sample import SECOND_NS
 from fuzzy_fusion_ros.nodes.qos import OUTPUT, OVERRIDABLE
 from fuzzy_fusion_ros.nodes.recorder import Recorder
-
-POINT = "geometry_msgs/msg/PointStamped"
 
 
 class Outlet:
@@ -34,6 +30,11 @@ class Outlet:
         recorder.add(self.topic, type_name, OUTPUT)
 
     @property
+    def wanted(self) -> bool:
+        """Whether anyone subscribes or records."""
+        return self._recorder.records or self.subscribers > 0
+
+    @property
     def subscribers(self) -> int:
         """Matched subscriptions."""
         return int(self._publisher.get_subscription_count())
@@ -49,15 +50,10 @@ class Outlet:
         self._publisher.wait_for_all_acked(Duration(seconds=timeout))
 
 
-def set_stamp(stamp: Any, stamp_ns: int) -> None:
-    """Write nanoseconds into a ``builtin_interfaces/msg/Time``."""
-    stamp.sec, stamp.nanosec = divmod(stamp_ns, SECOND_NS)
+def new_message(type_name: str) -> Any:
+    """Return a blank message of an installed type.
 
-
-def point(stamp_ns: int, value: float, frame: str = "") -> Any:
-    """Return a stamped scalar, in ``point.x``."""
-    message = PointStamped()
-    message.header.frame_id = frame
-    set_stamp(message.header.stamp, stamp_ns)
-    message.point.x = value
-    return message
+    Raises:
+        MessageError: It is not installed.
+    """
+    return load_message_class(type_name)()

@@ -11,8 +11,8 @@ from rclpy.serialization import deserialize_message
 
 from fuzzy_fusion_ros.core.errors import FusionError
 from fuzzy_fusion_ros.messages import load_message_class
+from fuzzy_fusion_ros.messages.outputs import POINT
 from fuzzy_fusion_ros.messages.sample import SECOND_NS
-from fuzzy_fusion_ros.nodes.outlet import POINT
 from fuzzy_fusion_ros.nodes.parameters import ConfiguredNode
 from fuzzy_fusion_ros.nodes.peers import Peers
 from fuzzy_fusion_ros.nodes.plant_topics import PlantTopics

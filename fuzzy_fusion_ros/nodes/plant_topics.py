@@ -8,7 +8,9 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
-from fuzzy_fusion_ros.nodes.outlet import POINT, Outlet, point, set_stamp
+from fuzzy_fusion_ros.messages.outputs import POINT, point
+from fuzzy_fusion_ros.messages.sample import SECOND_NS
+from fuzzy_fusion_ros.nodes.outlet import Outlet, new_message
 from fuzzy_fusion_ros.nodes.recorder import Recorder
 from fuzzy_fusion_ros.simulation.closed_loop import Reading
 from fuzzy_fusion_ros.simulation.pendulum import Pendulum
@@ -34,18 +36,18 @@ class PlantTopics:
 
     def send_sample(self, stamp_ns: int, plant: Pendulum, reading: Reading) -> None:
         """Publish the truth and both sensors, S1 last: it makes the estimate due."""
-        self._truth.send(point(stamp_ns, plant.angle), stamp_ns)
+        self._truth.send(point(new_message, stamp_ns, plant.angle), stamp_ns)
         self._joints.send(_joint_state(stamp_ns, plant), stamp_ns)
         if self._clock is not None:
             clock = Clock()
-            set_stamp(clock.clock, stamp_ns)
+            clock.clock.sec, clock.clock.nanosec = divmod(stamp_ns, SECOND_NS)
             self._clock.send(clock, stamp_ns)
-        self.s2.send(point(stamp_ns, reading.s2), stamp_ns)
-        self.s1.send(point(stamp_ns, reading.s1), stamp_ns)
+        self.s2.send(point(new_message, stamp_ns, reading.s2), stamp_ns)
+        self.s1.send(point(new_message, stamp_ns, reading.s1), stamp_ns)
 
     def send_control(self, stamp_ns: int, force: float) -> None:
         """Publish the force on the cart, N."""
-        self._control.send(point(stamp_ns, force), stamp_ns)
+        self._control.send(point(new_message, stamp_ns, force), stamp_ns)
 
     def flush(self, timeout: float) -> None:
         """Wait until reliable subscribers have what was sent, for at most ``timeout`` seconds."""
@@ -55,5 +57,6 @@ class PlantTopics:
 
 def _joint_state(stamp_ns: int, plant: Pendulum) -> Any:
     message = JointState(name=[JOINT], position=[plant.angle], velocity=[plant.rate])
-    set_stamp(message.header.stamp, stamp_ns)
+    stamp = message.header.stamp
+    stamp.sec, stamp.nanosec = divmod(stamp_ns, SECOND_NS)
     return message

@@ -10,7 +10,13 @@ from fuzzy_fusion_ros.nodes.qos import recorded
 
 
 class Recorder(Protocol):
-    """Takes messages in the order in which the node met them."""
+    """Takes messages in the order in which the node met them.
+
+    Attributes:
+        records: Whether it keeps them.
+    """
+
+    records: bool
 
     def add(self, topic: str, type_name: str, qos: QoSProfile) -> None:
         """Declare a topic by its full name."""
@@ -25,6 +31,8 @@ class Recorder(Protocol):
 class NoRecorder:
     """Records nothing."""
 
+    records = False
+
     def add(self, topic: str, type_name: str, qos: QoSProfile) -> None:
         """Do nothing."""
 
@@ -37,6 +45,8 @@ class NoRecorder:
 
 class BagRecorder:
     """Records into a new bag directory."""
+
+    records = True
 
     def __init__(self, path: str) -> None:
         """Create the bag.

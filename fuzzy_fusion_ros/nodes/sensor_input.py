@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from rclpy.clock import ROSClock
 from rclpy.event_handler import SubscriptionEventCallbacks
-from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 
 from fuzzy_fusion_ros.core.clock import seconds_between
@@ -23,8 +22,9 @@ from fuzzy_fusion_ros.messages import (
     sample_from_message,
 )
 from fuzzy_fusion_ros.nodes.losses import Losses, WithNumber
+from fuzzy_fusion_ros.nodes.node_time import NodeTime
 from fuzzy_fusion_ros.nodes.parameters import ConfiguredNode
-from fuzzy_fusion_ros.nodes.qos import OVERRIDABLE, input_profile, log_incompatible
+from fuzzy_fusion_ros.nodes.qos import OVERRIDABLE, log_incompatible
 from fuzzy_fusion_ros.nodes.recorder import Recorder
 
 
@@ -49,33 +49,35 @@ class SensorInput:
 
     Attributes:
         topic: The full name of the topic.
+        type_name: The type of its messages.
+        field: Where the number is in them.
         received: Messages that have come in.
         unreadable: Messages without the field or the number asked for.
-        lost: Messages that were overwritten before the node got to them, or lost on the way.
         last_problem: Why the last unreadable message was that; empty if none was.
     """
 
     def __init__(
         self,
         node: ConfiguredNode[Any],
+        node_time: NodeTime,
         topic: str,
         parameters: SensorParameters,
-        *,
-        qos: str,
-        future_tolerance: float,
+        profile: QoSProfile,
         recorder: Recorder,
-        take: Callable[[Received], None],
+        take: Callable[[Received], bool],
+        future_tolerance: Callable[[], float],
     ) -> None:
         """Subscribe.
 
         Args:
             node: The node to subscribe for.
+            node_time: Its clocks.
             topic: The topic, remapped or not.
             parameters: Type and field.
-            qos: ``sensor_data`` or ``reliable``.
-            future_tolerance: How far stamps may be ahead of the clock, seconds.
+            profile: Quality of service.
             recorder: Where messages go, bytes unchanged.
-            take: Called with each message and its sample.
+            take: Called with each message and its sample; tells whether the sample was of use.
+            future_tolerance: Tells how far stamps may be ahead of the clock, seconds.
 
         Raises:
             MessageError: The type is not installed or has no such field.
@@ -85,23 +87,24 @@ class SensorInput:
         self.received = 0
         self.unreadable = 0
         self.last_problem = ""
-        self._node = node
+        self._log = node.log
+        self._time = node_time
+        self._heard_ns = node_time.age_ns()
         self._message_type = load_message_class(self.type_name)
-        self._future_tolerance = future_tolerance
         self._recorder = recorder
         self._take = take
+        self._future_tolerance = future_tolerance
         self._warned = False
-        profile = input_profile(qos)
-        events = SubscriptionEventCallbacks(
-            incompatible_qos=lambda event: log_incompatible(node, self.topic, profile, event)
-        )
         self._losses = Losses()
         self._subscription = node.create_subscription(
             self._message_type,
             topic,
             WithNumber(node.guarded(self._on_message)),
             profile,
-            event_callbacks=events,
+            event_callbacks=SubscriptionEventCallbacks(
+                incompatible_qos=lambda event: log_incompatible(node, self.topic, profile, event),
+                message_lost=self._on_lost,
+            ),
             qos_overriding_options=OVERRIDABLE,
             raw=True,
         )
@@ -113,42 +116,48 @@ class SensorInput:
         """Messages that were published but never reached us."""
         return self._losses.count
 
+    @property
+    def age(self) -> float:
+        """Time since the last sample of use came, or since the start, seconds."""
+        now_ns = self._time.age_ns()
+        if self._heard_ns == 0 or self._heard_ns > now_ns:  # /clock has come, or jumped back
+            self._heard_ns = now_ns
+        return seconds_between(self._heard_ns, now_ns)
+
+    def _on_lost(self, event: Any) -> None:
+        self._losses.report(event.total_count)
+
     def _on_message(self, data: bytes, number: int | None) -> None:
         self.received += 1
         self._losses.see(number, self._subscription.get_publisher_count)
         message = deserialize_message(data, self._message_type)
-        now_ns = self._node.get_clock().now().nanoseconds
+        now_ns = self._time.now_ns()
         try:
             sample = Sample(*sample_from_message(message, self.field, now_ns))
         except MessageError as error:
-            self._recorder.write(self.topic, now_ns, data)
             self.unreadable += 1
             self.last_problem = str(error)
+            self._recorder.write(self.topic, now_ns, data)
             return
         if not self._warned and not is_stamped(message):
             self._warn_unstamped()
         received = self._dated(message, sample, now_ns)
         self._recorder.write(self.topic, received.log_ns, data)
-        self._take(received)
+        if self._take(received):
+            self._heard_ns = self._time.age_ns()
 
     def _dated(self, message: Any, sample: Sample, now_ns: int) -> Received:
         """Say when a message came; simulated runs are dated by stamps, so that they repeat."""
-        if not is_simulated(self._node):
+        if not self._time.simulated:
             return Received(message, sample, now_ns, now_ns)
-        if now_ns == 0:  # no /clock yet
+        if now_ns == 0:  # /clock has not come yet
             now_ns = sample.stamp_ns
-        too_early = seconds_between(now_ns, sample.stamp_ns) > self._future_tolerance
+        too_early = seconds_between(now_ns, sample.stamp_ns) > self._future_tolerance()
         return Received(message, sample, now_ns, now_ns if too_early else sample.stamp_ns)
 
     def _warn_unstamped(self) -> None:
         self._warned = True
-        self._node.log.warning(
+        self._log.warning(
             f"{self.topic}: {self.type_name} carries no stamp, the time of receipt is used: "
             "delays on the way count as motion of the signal"
         )
-
-
-def is_simulated(node: Node) -> bool:
-    """Return whether a node's clock follows /clock."""
-    clock = node.get_clock()
-    return isinstance(clock, ROSClock) and clock.ros_time_is_active

@@ -1,0 +1,28 @@
+"""Takes one number out of messages of any type, drops what is unusable, republishes the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fuzzy_fusion_ros.cli.status import command
+from fuzzy_fusion_ros.nodes.command_line import run_node
+from fuzzy_fusion_ros.nodes.settings import SubscriberParameters
+
+TOPICS = """\
+subscribes:
+  input                   the sensor, of any type (input.type, input.field)
+publishes:
+  output                  the number as geometry_msgs/msg/PointStamped, in point.x
+  /diagnostics            rate, age, drops with their reasons"""
+
+
+@command("sensor_subscriber")
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the node until it is told to stop."""
+
+    def load() -> type:
+        from fuzzy_fusion_ros.nodes.sensor_subscriber import SensorSubscriber
+
+        return SensorSubscriber
+
+    return run_node("sensor_subscriber", __doc__, TOPICS, SubscriberParameters, load, arguments)

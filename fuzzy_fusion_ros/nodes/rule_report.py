@@ -1,0 +1,98 @@
+"""What is said about the rules and the gate: which lead, and which are never of use."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from fuzzy_fusion_ros.core.aggregator import FiringStrengths
+from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.nodes.diagnostics import Finding, Level, Report
+from fuzzy_fusion_ros.nodes.statistics import SATURATED, RuleRecord
+
+ENOUGH = 300
+"""Estimates, or predictions, before anything counts as never or always."""
+
+HARDLY = 0.1
+"""A grade below which a set has not been of use."""
+
+LONG = 10.0
+"""Seconds of fully large difference after which the sensors disagree beyond reason."""
+
+
+class RuleReport:
+    """Reports how the membership functions and the gate are used.
+
+    WARN where, over at least ``ENOUGH`` estimates, a membership function is never or always
+    saturated or the gate never or always accepts; and where the sensors disagree for long.
+    """
+
+    def __init__(self, parameters: Callable[[], Parameters]) -> None:
+        """Report on a record that starts now.
+
+        Args:
+            parameters: Tells those that hold.
+        """
+        self._parameters = parameters
+        self.record = RuleRecord()
+
+    def restart(self) -> None:
+        """Start a new record."""
+        self.record = RuleRecord()
+
+    def __call__(self) -> Iterator[Report]:
+        """Say which rules led and what looks wrong."""
+        record = self.record
+        shares = [seconds / (record.watched_s or 1.0) for seconds in record.seconds]
+        values: dict[str, object] = {
+            f"share of time: difference {d}, rate {r}": share
+            for share, (d, r) in zip(
+                shares, (name.split("_") for name in FiringStrengths._fields), strict=True
+            )
+        }
+        values["difference: lowest grade of large"] = record.difference[0]
+        values["difference: highest grade of large"] = record.difference[1]
+        values["rate: lowest grade of large"] = record.rate[0]
+        values["rate: highest grade of large"] = record.rate[1]
+        values["difference fully large for (s)"] = record.apart_s
+        yield Report("rules", [*self._apart(), *self._unused()], values)
+        yield Report("gate", self._gate(), self._gate_values())
+
+    def _apart(self) -> Iterator[Finding]:
+        if self.record.apart_s > LONG:
+            limit = self._parameters().aggregator.difference.large
+            yield Finding(
+                Level.WARN,
+                f"s1 and s2 have differed by {limit:g} or more for {self.record.apart_s:.1f} s: "
+                "is one of them broken, or biased?",
+            )
+
+    def _unused(self) -> Iterator[Finding]:
+        if self.record.estimates < ENOUGH:
+            return
+        for name, (lowest, highest) in {
+            "difference": self.record.difference,
+            "rate": self.record.rate,
+        }.items():
+            ramp = f"aggregator.{name}"
+            if highest < HARDLY:
+                yield Finding(Level.WARN, f"{name} is never large: lower {ramp}.large, or tune")
+            if lowest >= SATURATED:
+                yield Finding(Level.WARN, f"{name} is always large: raise {ramp}.large, or tune")
+
+    def _gate(self) -> Iterator[Finding]:
+        record = self.record
+        if record.predictions < ENOUGH:
+            return
+        if record.accepted == 0:
+            yield Finding(Level.WARN, "the gate never accepts: raise gate.tolerance, or tune")
+        if record.accepted == record.predictions:
+            yield Finding(Level.WARN, "the gate accepts all: lower gate.tolerance, or tune")
+
+    def _gate_values(self) -> dict[str, object]:
+        record = self.record
+        return {
+            "predictor enabled": self._parameters().predictor.enabled,
+            "predictions": record.predictions,
+            "accepted": record.accepted,
+            "acceptance rate": record.accepted / (record.predictions or 1),
+        }

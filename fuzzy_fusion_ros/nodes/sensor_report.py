@@ -1,0 +1,69 @@
+"""What is said about one sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from fuzzy_fusion_ros.core.guard import Drop, Guard
+from fuzzy_fusion_ros.nodes.diagnostics import Finding, Level, Report
+from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
+from fuzzy_fusion_ros.nodes.statistics import Rate
+
+UNREADABLE = "message lacks the field"
+
+
+class SensorReport:
+    """Reports rate, age and losses of a sensor.
+
+    WARN where the sensor is silent past its timeout, where samples were dropped or messages
+    lost since the last report.
+    """
+
+    def __init__(
+        self, part: str, source: SensorInput, guard: Guard, timeout: Callable[[], float]
+    ) -> None:
+        """Report on a sensor.
+
+        Args:
+            part: Its name in the status.
+            source: Where its messages come in.
+            guard: What admits its samples.
+            timeout: Tells how long it may be silent, seconds.
+        """
+        self._part = part
+        self._source = source
+        self._guard = guard
+        self._timeout = timeout
+        self._rate = Rate()
+        self._counts: dict[str, int] = {}
+
+    def __call__(self) -> Iterator[Report]:
+        """Say how the sensor is."""
+        age, timeout = self._source.age, self._timeout()
+        counts = self._current_counts()
+        findings = [] if age <= timeout else [Finding(Level.WARN, f"silent for {age:.1f} s")]
+        findings += [
+            Finding(Level.WARN, f"{count - self._counts.get(what, 0)} {what}")
+            for what, count in counts.items()
+            if count > self._counts.get(what, 0)
+        ]
+        self._counts = counts
+        last = self._guard.last_drop
+        values: dict[str, object] = {
+            "rate (Hz)": self._rate.of(self._source.received),
+            "age (s)": age,
+            "received": self._source.received,
+            "admitted": self._guard.admitted,
+            **counts,
+            "last reason for a drop": last.value if last else "",
+            "last unreadable message": self._source.last_problem,
+        }
+        yield Report(self._part, findings, values, self._source.topic)
+
+    def _current_counts(self) -> dict[str, int]:
+        counts = {f"dropped: {each.value}": self._guard.dropped[each] for each in Drop}
+        counts[f"dropped: {UNREADABLE}"] = self._source.unreadable
+        counts["lost: came faster than they were taken, or went lost on the way"] = (
+            self._source.lost
+        )
+        return counts

@@ -1,0 +1,64 @@
+"""One sensor of any message type, republished as a stamped scalar."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fuzzy_fusion_ros.core.guard import Guard
+from fuzzy_fusion_ros.messages.outputs import POINT, point
+from fuzzy_fusion_ros.nodes.diagnostics import Diagnostics
+from fuzzy_fusion_ros.nodes.node_time import NodeTime
+from fuzzy_fusion_ros.nodes.outlet import Outlet, new_message
+from fuzzy_fusion_ros.nodes.parameters import ConfiguredNode
+from fuzzy_fusion_ros.nodes.qos import input_profile
+from fuzzy_fusion_ros.nodes.recorder import NoRecorder
+from fuzzy_fusion_ros.nodes.sensor_input import Received, SensorInput
+from fuzzy_fusion_ros.nodes.sensor_report import SensorReport
+from fuzzy_fusion_ros.nodes.settings import SubscriberParameters
+
+
+class SensorSubscriber(ConfiguredNode[SubscriberParameters]):
+    """Takes ``input``, drops what cannot be used, and publishes the rest as ``output``."""
+
+    def __init__(self, **options: Any) -> None:
+        """Set up; ``options`` as :class:`rclpy.node.Node` takes them.
+
+        Raises:
+            FusionError: A parameter, the message type or the field cannot be used.
+        """
+        super().__init__("sensor_subscriber", SubscriberParameters(), **options)
+        node_time = NodeTime(self)
+        self._guard = Guard()
+        self._input = SensorInput(
+            self,
+            node_time,
+            "input",
+            self.parameters.input,
+            input_profile(self.parameters.qos),
+            NoRecorder(),
+            self._on_sample,
+            lambda: self.parameters.future_tolerance,
+        )
+        self._output = Outlet(self, "output", POINT, NoRecorder())
+        report = SensorReport(
+            "input", self._input, self._guard, lambda: self.parameters.input.timeout
+        )
+        self._diagnostics = Diagnostics(self, node_time, report)
+
+    def _on_sample(self, received: Received) -> bool:
+        parameters = self.parameters
+        admitted = self._guard.take(
+            received.sample,
+            received.now_ns,
+            parameters.future_tolerance,
+            parameters.input.timeout,
+            self._on_jump_back,
+        )
+        if admitted:
+            frame = getattr(getattr(received.message, "header", None), "frame_id", "")
+            self._output.send(point(new_message, *received.sample, frame), received.log_ns)
+        return admitted
+
+    def _on_jump_back(self) -> None:
+        self._guard.restart()
+        self.log.warning("stamps have jumped back: passing them on from here")
