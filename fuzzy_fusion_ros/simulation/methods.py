@@ -1,0 +1,80 @@
+"""The methods that the benchmark compares: the paper's, and two that use a model (method § 6)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fuzzy_fusion_ros.core.parameter_tree import replace
+from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.core.series import Method, fusion
+from fuzzy_fusion_ros.simulation.closed_loop import simulate
+from fuzzy_fusion_ros.simulation.complementary import complement_of_s2
+from fuzzy_fusion_ros.simulation.constant_weight import constant_weight
+from fuzzy_fusion_ros.simulation.kalman import plant_kalman
+from fuzzy_fusion_ros.simulation.scenario import Scenario
+
+METHODS = (
+    "ideal",
+    "s1",
+    "s2",
+    "average",
+    "no_drift",
+    "aggregator",
+    "complete",
+    "complementary",
+    "kalman",
+)
+"""Names of the methods, in the order of the paper's figures, then what it is compared with."""
+
+
+class Contender(NamedTuple):
+    """A method in the benchmark.
+
+    Attributes:
+        name: One of ``METHODS``.
+        method: The method, in its initial state.
+        ideal: Whether it reads an S1 without noise and bias.
+    """
+
+    name: str
+    method: Method
+    ideal: bool
+
+    def with_its_sensors(self, scenario: Scenario) -> Scenario:
+        """Return the scenario with the sensors that this method reads."""
+        if not self.ideal:
+            return scenario
+        return replace(scenario, {"s1_sensor.noise": 0.0, "s1_sensor.bias": 0.0})
+
+
+def contenders(parameters: Parameters) -> tuple[Contender, ...]:
+    """Return all methods, in the order of ``METHODS``.
+
+    Nothing in them changes over the sweeps: the linear filters know the nominal scenario.
+
+    Args:
+        parameters: Of the fusion; each method switches drift and predictor as its name says.
+    """
+    nominal = Scenario()
+    without = {"predictor.enabled": False}
+    driftless = {**without, "aggregator.drift.small": 0.0, "aggregator.drift.large": 0.0}
+    made = {
+        "ideal": constant_weight(1.0),
+        "s1": constant_weight(1.0),
+        "s2": constant_weight(0.0),
+        "average": constant_weight(0.5),
+        "no_drift": fusion(replace(parameters, driftless)),
+        "aggregator": fusion(replace(parameters, without)),
+        "complete": fusion(replace(parameters, {"predictor.enabled": True})),
+        "complementary": complement_of_s2(nominal.s2_sensor.time_constant),
+        "kalman": plant_kalman(nominal),
+    }
+    return tuple(Contender(name, made[name], name == "ideal") for name in METHODS)
+
+
+def warm_up(contender: Contender) -> None:
+    """Compile what a method needs, so that threads need not wait for one another."""
+    shortest = replace(Scenario(), {"duration": Scenario().sample_time})
+    simulate(contender.method, shortest, np.random.default_rng(0))
