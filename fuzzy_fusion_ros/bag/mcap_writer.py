@@ -98,6 +98,10 @@ class McapWriter:
         """Chunks on disk."""
         return self._progress.chunks
 
+    def is_closed(self) -> bool:
+        """Return whether the file is closed."""
+        return self._file.closed
+
     def add_schema(self, name: str, encoding: str, text: str) -> int:
         """Describe a message type; return the id of the schema."""
         number = 1 + sum(isinstance(each, Schema) for each in self._descriptions)

@@ -48,10 +48,12 @@ class BagTypes:
         self._definitions: dict[str, Definition] = {}
         self._store = _get_typestore(Stores.ROS2_JAZZY)
         own: dict[str, Any] = {}
-        for topic in topics:
-            if topic.definition is not None and topic.msgtype not in self._definitions:
-                self._definitions[topic.msgtype] = topic.definition
-                self._take_in(topic.msgtype, topic.definition, own)
+        for msgtype, definition in dict.fromkeys(
+            (each.msgtype, each.definition) for each in topics
+        ):
+            if definition is not None:
+                self._definitions.setdefault(msgtype, definition)
+                self._take_in(msgtype, definition, own)
         self._register(own)
 
     def decode(self, msgtype: str, data: bytes) -> Any:

@@ -40,7 +40,6 @@ class BagWriter:
         self._channels: dict[str, tuple[str, int]] = {}
         self._schemas: dict[tuple[str, Definition], int] = {}
         self._described_chunks = 0
-        self._closed = False
         self._failure: BagError | None = None
         try:
             self.path.mkdir(parents=True, exist_ok=True)
@@ -120,7 +119,7 @@ class BagWriter:
             BagError: The bag is closed or cannot be written, the type is not the topic's or
                 has no definition, or the time does not fit.
         """
-        if self._closed:
+        if self._file.is_closed():
             raise BagError(f"bag {str(self.path)!r} is closed: nothing can be written to it")
         if self._failure is not None:
             raise self._failure
@@ -135,32 +134,38 @@ class BagWriter:
         try:
             if self._file.write(channel[1], log_ns, data):
                 self._keep_metadata_up()
-        except OSError as error:
+        except (OSError, ValueError) as error:
+            if self._file.is_closed():
+                return  # by a signal handler that came in between, with this message in it
+            if not isinstance(error, OSError):
+                raise
             self._failure = self._refusal(error)
             raise self._failure from error
-        except ValueError:
-            if not self._closed:  # else a signal handler has closed it, this message included
-                raise
 
     def close(self) -> None:
         """Write what is pending, the index and the metadata; the second call does nothing.
+
+        A call that was interrupted can be made again.
 
         Raises:
             BagError: They cannot be written, and no write said so before; what was written
                 before stays readable.
         """
-        if self._closed:
+        if self._file.is_closed():
             return
         try:
             self._file.flush()
             self._file.finish(self._description())
             self._write_metadata()
-        except OSError as error:
+        except (OSError, ValueError) as error:
+            if self._file.is_closed():
+                return  # by a signal handler that came in between
+            self._file.close()
+            if not isinstance(error, OSError):
+                raise
             if self._failure is None:
                 raise self._refusal(error) from error
-        finally:
-            self._closed = True
-            self._file.close()
+        self._file.close()
 
     def _require_type(self, topic: str, msgtype: str) -> None:
         known = self._channels[topic][0]
