@@ -45,13 +45,13 @@ def baselines_for(series: Series) -> BaselineParameters:
     inaccuracy = max(_root_mean_square(apart), s1_noise)
     s2_lags = lag > 0.5 * period + 2.0 * span / series.s1.size
     slow = lag + 0.5 * period if s2_lags else 10.0 * period
+    noises = map(_allowed, (process_noise, inaccuracy, s1_noise, stale, inaccuracy / span**0.5))
+    process_noise, inaccuracy, s1_noise, stale, bias_noise = noises
     return BaselineParameters(
         complementary=ComplementaryParameters(slow, 0.0, s2_lags),
         complementary_lowpass=ComplementaryParameters(slow, 0.1 * slow, s2_lags),
         kalman=KalmanParameters(process_noise, inaccuracy, stale),
-        kalman_bias=KalmanParameters(
-            process_noise, s1_noise, stale, True, inaccuracy / math.sqrt(span)
-        ),
+        kalman_bias=KalmanParameters(process_noise, s1_noise, stale, True, bias_noise),
     )
 
 
@@ -86,6 +86,11 @@ def _noise_of(values: Reals) -> float:
     second = np.abs(np.diff(values, n=2))
     noise = float(np.median(second)) / (0.6745 * math.sqrt(6.0))
     return max(noise, 1e-3 * float(np.std(values)), _TINY)
+
+
+def _allowed(noise: float) -> float:
+    """Return a noise within what the parameters allow; only ratios matter."""
+    return min(max(noise, _TINY), 1e9)
 
 
 def _root_mean_square(values: Reals) -> float:

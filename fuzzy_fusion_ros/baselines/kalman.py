@@ -16,6 +16,9 @@ from fuzzy_fusion_ros.core.finite import bounded
 from fuzzy_fusion_ros.core.parameter_tree import numbers
 from fuzzy_fusion_ros.core.series import Method
 
+FINEST = 1e6
+"""Largest ratio of standard deviations, of what is known to what is measured, that counts."""
+
 
 class Belief(NamedTuple):
     """Mean and covariance of the signal and of S1's bias.
@@ -121,13 +124,17 @@ def correct(
 ) -> tuple[float, Belief]:
     """Take a measurement of ``signal + bias_share * bias``; covariances in Joseph's form.
 
+    A measurement more than ``FINEST`` times better than what is known counts as just that good:
+    beyond, rounding would outweigh it.
+
     Returns:
         The gain of the signal, and the belief after the measurement.
     """
     h = bias_share
     to_signal = belief.p_signal + h * belief.p_cross
     to_bias = belief.p_cross + h * belief.p_bias
-    total = max(to_signal + h * to_bias, 0.0) + variance
+    noise = max(variance, (belief.p_signal + h * belief.p_bias) / (FINEST * FINEST))
+    total = max(to_signal + h * to_bias, 0.0) + noise
     k_signal = to_signal / total
     k_bias = to_bias / total
     innovation = bounded(measured - (belief.signal + h * belief.bias))
@@ -139,7 +146,7 @@ def correct(
     return k_signal, Belief(
         signal=bounded(belief.signal + k_signal * innovation),
         bias=bounded(belief.bias + k_bias * innovation),
-        p_signal=a * a * p + 2.0 * a * b * q + b * b * r + variance * k_signal * k_signal,
-        p_cross=a * c * p + (a * d + b * c) * q + b * d * r + variance * k_signal * k_bias,
-        p_bias=c * c * p + 2.0 * c * d * q + d * d * r + variance * k_bias * k_bias,
+        p_signal=a * a * p + 2.0 * a * b * q + b * b * r + noise * k_signal * k_signal,
+        p_cross=a * c * p + (a * d + b * c) * q + b * d * r + noise * k_signal * k_bias,
+        p_bias=c * c * p + 2.0 * c * d * q + d * d * r + noise * k_bias * k_bias,
     )

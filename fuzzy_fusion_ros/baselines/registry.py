@@ -10,7 +10,7 @@ from fuzzy_fusion_ros.baselines.complementary import complementary
 from fuzzy_fusion_ros.baselines.constant_weight import constant_weight
 from fuzzy_fusion_ros.baselines.kalman import kalman
 from fuzzy_fusion_ros.baselines.parameters import BaselineParameters, ConstantWeightParameters
-from fuzzy_fusion_ros.core.parameter_tree import flatten
+from fuzzy_fusion_ros.core.parameter_tree import descriptors, flatten
 from fuzzy_fusion_ros.core.series import Method
 
 REACH = 1000.0
@@ -96,4 +96,9 @@ def methods(parameters: BaselineParameters) -> dict[str, Method]:
 def _knob(name: str, value: float) -> Knob:
     if name.endswith(".weight"):
         return Knob(name, 0.0, 1.0, logarithmic=False)
-    return Knob(name, value / REACH, value * REACH, logarithmic=True)
+    limits = _LIMITS[name]
+    low = max(value / REACH, limits.low)
+    return Knob(name, low, min(value * REACH, limits.high), logarithmic=True)
+
+
+_LIMITS = {name: descriptor for name, descriptor, _ in descriptors(BaselineParameters)}
