@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,6 +16,7 @@ from fuzzy_fusion_ros.core.errors import BagError
 METADATA_NAME = "metadata.yaml"
 VERSION = 9
 
+_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # ten times as fast, where it is there
 _ROOT = "rosbag2_bagfile_information"
 
 
@@ -88,7 +90,8 @@ def describe_bag(file_name: str, topics: Sequence[Topic], start_ns: int, end_ns:
         "custom_data": None,
         "ros_distro": "jazzy",
     }
-    return yaml.dump(information, Dumper=_Dumper, sort_keys=False)
+    plain = json.loads(json.dumps(information))  # repeated parts as such, not as YAML's anchors
+    return yaml.dump(plain, Dumper=_DUMPER, sort_keys=False)
 
 
 def write_metadata(directory: Path, information: str) -> None:
@@ -118,10 +121,3 @@ def _describe_topic(topic: Topic) -> dict[str, Any]:
         },
         "message_count": topic.message_count or 0,
     }
-
-
-class _Dumper(yaml.SafeDumper):
-    """YAML without anchors: every value is spelt out, as rosbag2 does."""
-
-    def ignore_aliases(self, data: object) -> bool:
-        return True
