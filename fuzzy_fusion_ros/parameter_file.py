@@ -9,14 +9,21 @@ from __future__ import annotations
 import difflib
 import json
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from fuzzy_fusion_ros.core.errors import ParameterError
-from fuzzy_fusion_ros.core.parameter_tree import Group, Value, descriptors, flatten, replace
+from fuzzy_fusion_ros.core.parameter_tree import (
+    Descriptor,
+    Group,
+    Value,
+    descriptors,
+    flatten,
+    replace,
+)
 from fuzzy_fusion_ros.core.parameters import Parameters
 
 KEY = "ros__parameters"
@@ -62,6 +69,15 @@ def load(path: str | Path, node_name: str = "fusion_node") -> dict[str, Any]:
     return found
 
 
+def owners(path: str | Path) -> list[str]:
+    """Return the names of the nodes that a file has something for.
+
+    Raises:
+        ParameterFileError: The file is missing or is no parameter file.
+    """
+    return [owner for owner, _ in _sections(path)]
+
+
 def parameters_from(path: str | Path, node_name: str = "fusion_node") -> Parameters:
     """Return the fusion's parameters with those of a file laid over the defaults.
 
@@ -70,10 +86,10 @@ def parameters_from(path: str | Path, node_name: str = "fusion_node") -> Paramet
     """
     values = load(path, node_name)
     own = {name: value for name, value in values.items() if not is_builtin(name)}
-    known = flatten(Parameters())
+    described = {name: each for name, each, _ in descriptors(Parameters)}
     try:
-        for name in own:
-            refuse_unknown(name, known)
+        for name, value in own.items():
+            refuse(name, value, described)
         return replace(Parameters(), own)
     except ParameterError as error:
         raise ParameterFileError(path, str(error)) from None
@@ -112,17 +128,18 @@ def is_builtin(name: str) -> bool:
     )
 
 
-def refuse_unknown(name: str, known: Iterable[str]) -> None:
-    """Raise if a parameter is not among the known ones, and point to the nearest that is.
+def refuse(name: str, value: object, described: Mapping[str, Descriptor]) -> None:
+    """Raise if a parameter is unknown, or is a text that YAML has turned into true or false.
 
     Raises:
-        ParameterError: It is not.
+        ParameterError: It is; the error names the nearest known one, or says to quote the text.
     """
-    names = list(known)
-    if name not in names:
-        close = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
-        advice = f"did you mean {close[0]}?" if close else f"known are {', '.join(names)}"
+    if name not in described:
+        close = difflib.get_close_matches(name, list(described), n=1, cutoff=0.6)
+        advice = f"did you mean {close[0]}?" if close else f"known are {', '.join(described)}"
         raise ParameterError(name, f"unknown; {advice}")
+    if isinstance(value, bool) and described[name].kind is str:
+        raise ParameterError(name, f"got {value!r}, expected text: quote words like 'y' and 'on'")
 
 
 def applies(owner: str, node_name: str) -> bool:

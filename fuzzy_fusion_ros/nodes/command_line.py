@@ -6,10 +6,12 @@ import argparse
 import sys
 import textwrap
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Any
 
 from fuzzy_fusion_ros.core.parameter_tree import Descriptor, Group, Value, descriptors
 from fuzzy_fusion_ros.nodes.runtime import run
+from fuzzy_fusion_ros.parameter_file import owners
 
 USAGE = """\
 %(prog)s [-h] [--params FILE]
@@ -50,9 +52,12 @@ def run_node(
         default=[],
         help="ROS parameter YAML; the same as --ros-args --params-file FILE",
     )
-    for path in parser.parse_args(own).params:
-        ros += ["--params-file", path]
-    run(load, ["--ros-args", *ros] if ros else [])
+    files = [word for path in parser.parse_args(own).params for word in ("--params-file", path)]
+    ros = [*files, *ros]
+    paths = [path for flag, path in pairwise(ros) if flag == "--params-file"]
+    for path in paths:
+        owners(path)  # ROS would take several lines to say that it cannot be read
+    run(load, ["--ros-args", *ros] if ros else [], parameter_files=paths)
     return 0
 
 

@@ -12,6 +12,7 @@ from fuzzy_fusion_ros.core.parameters import EstimateParameters
 from fuzzy_fusion_ros.messages import InstalledTypes
 from fuzzy_fusion_ros.messages.outputs import EXPLANATION, EstimateMessages, explain
 from fuzzy_fusion_ros.nodes.outlet import Outlet, new_message
+from fuzzy_fusion_ros.nodes.qos import ESTIMATE
 from fuzzy_fusion_ros.nodes.recorder import Recorder
 from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
 
@@ -36,7 +37,7 @@ class EstimateOutput:
         self._messages = EstimateMessages(
             InstalledTypes(), new_message, parameters, s2.type_name, s2.field
         )
-        self._estimate = Outlet(node, "estimate", self._messages.type_name, recorder)
+        self._estimate = Outlet(node, "estimate", self._messages.type_name, recorder, ESTIMATE)
         self._explanation = {
             name: Outlet(node, f"~/{name}", type_name, recorder)
             for name, type_name in EXPLANATION.items()

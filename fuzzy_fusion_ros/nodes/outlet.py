@@ -6,28 +6,41 @@ from typing import Any
 
 from rclpy.duration import Duration
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 
 from fuzzy_fusion_ros.messages import load_message_class
+from fuzzy_fusion_ros.messages.cdr import padding_eraser
 from fuzzy_fusion_ros.nodes.qos import OUTPUT, OVERRIDABLE
 from fuzzy_fusion_ros.nodes.recorder import Recorder
 
 
 class Outlet:
-    """One published topic; a message is serialised once for the wire and the bag."""
+    """One published topic; a message is serialised once for the wire and the bag.
 
-    def __init__(self, node: Node, topic: str, type_name: str, recorder: Recorder) -> None:
+    The same message always has the same bytes.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        topic: str,
+        type_name: str,
+        recorder: Recorder,
+        profile: QoSProfile = OUTPUT,
+    ) -> None:
         """Publish on ``topic``, remapped or not.
 
         Raises:
             MessageError: The type is not installed.
         """
         self._publisher = node.create_publisher(
-            load_message_class(type_name), topic, OUTPUT, qos_overriding_options=OVERRIDABLE
+            load_message_class(type_name), topic, profile, qos_overriding_options=OVERRIDABLE
         )
         self.topic: str = self._publisher.topic_name
+        self._clean = padding_eraser(type_name)
         self._recorder = recorder
-        recorder.add(self.topic, type_name, OUTPUT)
+        recorder.add(self.topic, type_name, profile)
 
     @property
     def wanted(self) -> bool:
@@ -41,7 +54,7 @@ class Outlet:
 
     def send(self, message: Any, log_ns: int) -> None:
         """Publish a message and record it at ``log_ns``."""
-        data = serialize_message(message)
+        data = self._clean(serialize_message(message))
         self._publisher.publish(data)
         self._recorder.write(self.topic, log_ns, data)
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from rcl_interfaces.msg import (
@@ -25,7 +26,7 @@ from fuzzy_fusion_ros.core.parameter_tree import (
     flatten,
     replace,
 )
-from fuzzy_fusion_ros.parameter_file import is_builtin, refuse_unknown
+from fuzzy_fusion_ros.parameter_file import is_builtin, load, refuse
 
 G = TypeVar("G", bound=Group)
 
@@ -40,19 +41,31 @@ class ConfiguredNode(Node, Generic[G]):
         log: The node's logger.
     """
 
-    def __init__(self, name: str, defaults: G, *, fixed: bool = False, **options: Any) -> None:
+    def __init__(
+        self,
+        name: str,
+        defaults: G,
+        *,
+        fixed: bool = False,
+        parameter_files: Sequence[str | Path] = (),
+        **options: Any,
+    ) -> None:
         """Declare every parameter of the group.
 
         Args:
             name: Name of the node.
             defaults: The group; overrides from the command line and files go on top.
             fixed: Whether all of them are read at start-up only.
+            parameter_files: Files that ROS has been given for this node, to check.
             options: As :class:`rclpy.node.Node` takes them.
 
         Raises:
-            ParameterError: An override is unknown, of the wrong type or out of range.
+            ParameterError: An override is unknown, of the wrong type or out of range, or a file
+                holds nothing for this node.
         """
         super().__init__(name, **options)
+        for path in parameter_files:
+            load(path, self.get_fully_qualified_name())
         self.finished = False
         self.failure: FusionError | None = None
         self.log: RcutilsLogger = Node.get_logger(self)
@@ -119,10 +132,9 @@ class ConfiguredNode(Node, Generic[G]):
         for each in changes:
             if each.name == "use_sim_time" and each.type_ != Parameter.Type.BOOL:
                 raise ParameterError(each.name, f"got {each.value!r}, expected true or false")
-            if each.name in self._described:
+            if not is_builtin(each.name):
+                refuse(each.name, each.value, self._described)
                 own[each.name] = each.value
-            elif not is_builtin(each.name):
-                refuse_unknown(each.name, self._described)
         return replace(parameters, own)
 
 

@@ -1,22 +1,72 @@
-"""Whether all that a lockstep run needs is connected, so that no first message is lost."""
+"""The other end of the loop: whether it is there, so that no first message is lost."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from rclpy.node import Node
-from rclpy.qos import ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
 
+from fuzzy_fusion_ros.messages import load_message_class
 from fuzzy_fusion_ros.nodes.outlet import Outlet
 
 SETTLED = 0.5
-"""A best-effort subscription cannot ask again for what came before it knew us: let it, seconds."""
+"""Time for the other end to know us where it cannot ask for what it missed, seconds."""
+
+
+class Source:
+    """A topic that is subscribed to once its publishers, and what they offer, are known.
+
+    A publisher can send before it knows a subscription that already knows the publisher. If it
+    keeps its last messages for late joiners, as fusion_node does, we ask for them.
+
+    Attributes:
+        topic: The full name of the topic.
+    """
+
+    def __init__(
+        self, node: Node, topic: str, type_name: str, callback: Callable[[bytes], None]
+    ) -> None:
+        self.topic: str = node.resolve_topic_name(topic)
+        self._node = node
+        self._type = load_message_class(type_name)
+        self._callback = callback
+        self._subscription: Subscription | None = None
+        self._keeps_last = False
+
+    def look(self) -> None:
+        """Subscribe if there is a publisher now."""
+        offers = self._node.get_publishers_info_by_topic(self.topic)
+        if self._subscription is not None or not offers:
+            return
+        durabilities = {offer.qos_profile.durability for offer in offers}
+        self._keeps_last = durabilities == {DurabilityPolicy.TRANSIENT_LOCAL}
+        profile = QoSProfile(
+            depth=10,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL
+            if self._keeps_last
+            else DurabilityPolicy.VOLATILE,
+        )
+        self._subscription = self._node.create_subscription(
+            self._type, self.topic, self._callback, profile, raw=True
+        )
+
+    @property
+    def matched(self) -> bool:
+        """Whether a publisher is matched."""
+        return self._subscription is not None and self._subscription.get_publisher_count() > 0
+
+    @property
+    def keeps_last(self) -> bool:
+        """Whether what was published before it knew us comes too."""
+        return self._keeps_last
 
 
 class Peers:
     """Watches the subscribers of some topics and the publishers of another."""
 
-    def __init__(self, node: Node, outlets: Sequence[Outlet], source: str) -> None:
+    def __init__(self, node: Node, outlets: Sequence[Outlet], source: Source) -> None:
         self._node = node
         self._outlets = outlets
         self._source = source
@@ -28,12 +78,13 @@ class Peers:
         Args:
             now: Steady time, seconds.
         """
+        self._source.look()
         if self.missing():
             self._matched_since = None
             return False
         if self._matched_since is None:
             self._matched_since = now
-        return self._all_reliable() or now - self._matched_since >= SETTLED
+        return self._all_sure() or now - self._matched_since >= SETTLED
 
     def missing(self) -> list[str]:
         """Say what is not there yet, empty if all is."""
@@ -44,12 +95,12 @@ class Peers:
                 missing.append(f"nobody subscribes to {outlet.topic}")
             elif outlet.subscribers < known:
                 missing.append(f"{outlet.subscribers} of {known} subscribers of {outlet.topic}")
-        if self._node.count_publishers(self._source) == 0:
-            missing.append(f"nobody publishes {self._source}")
+        if not self._source.matched:
+            missing.append(f"nobody publishes {self._source.topic}")
         return missing
 
-    def _all_reliable(self) -> bool:
-        return all(
+    def _all_sure(self) -> bool:
+        return self._source.keeps_last and all(
             each.qos_profile.reliability == ReliabilityPolicy.RELIABLE
             for outlet in self._outlets
             for each in self._node.get_subscriptions_info_by_topic(outlet.topic)

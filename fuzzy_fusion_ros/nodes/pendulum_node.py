@@ -14,9 +14,9 @@ from fuzzy_fusion_ros.messages import load_message_class
 from fuzzy_fusion_ros.messages.outputs import POINT
 from fuzzy_fusion_ros.messages.sample import SECOND_NS
 from fuzzy_fusion_ros.nodes.parameters import ConfiguredNode
-from fuzzy_fusion_ros.nodes.peers import Peers
+from fuzzy_fusion_ros.nodes.peers import Peers, Source
 from fuzzy_fusion_ros.nodes.plant_topics import PlantTopics
-from fuzzy_fusion_ros.nodes.qos import OUTPUT
+from fuzzy_fusion_ros.nodes.qos import ESTIMATE
 from fuzzy_fusion_ros.nodes.recorder import recorder_for
 from fuzzy_fusion_ros.nodes.settings import PendulumParameters
 from fuzzy_fusion_ros.nodes.stepped_run import SteppedRun
@@ -53,11 +53,8 @@ class PendulumNode(ConfiguredNode[PendulumParameters]):
         self._recorder = recorder_for(self.parameters.record)
         self._topics = PlantTopics(self, self._recorder, clock=self.parameters.publish_clock)
         self._message_type = load_message_class(POINT)
-        self._subscription = self.create_subscription(
-            self._message_type, "estimate", self.guarded(self._on_estimate), OUTPUT, raw=True
-        )
-        self._source = self._subscription.topic_name
-        self._recorder.add(self._source, POINT, OUTPUT)
+        self._source = Source(self, "estimate", POINT, self.guarded(self._on_estimate))
+        self._recorder.add(self._source.topic, POINT, ESTIMATE)
         self._peers = Peers(self, (self._topics.s1, self._topics.s2), self._source)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._heard = time.monotonic()
@@ -78,7 +75,7 @@ class PendulumNode(ConfiguredNode[PendulumParameters]):
             raise PeerError(
                 f"{problem} within {self.parameters.timeout:g} s: start fusion_node so that it "
                 f"takes {self._topics.s1.topic} and {self._topics.s2.topic} and gives "
-                f"{self._source}"
+                f"{self._source.topic}"
             )
 
     def _start(self) -> None:
@@ -95,7 +92,7 @@ class PendulumNode(ConfiguredNode[PendulumParameters]):
         if self._run.reading is None:
             return
         message = deserialize_message(data, self._message_type)
-        self._recorder.write(self._source, self._run.stamp_ns, data)
+        self._recorder.write(self._source.topic, self._run.stamp_ns, data)
         self._heard = time.monotonic()
         self._estimate = message.point.x
         stamp = message.header.stamp

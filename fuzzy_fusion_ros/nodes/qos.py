@@ -5,13 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_policy_name_from_kind
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_policy_name_from_kind
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from fuzzy_fusion_ros.bag.qos import QosProfile as RecordedProfile
 
 OUTPUT = QoSProfile(depth=10)
 """Of everything that is published: reliable, which best-effort subscriptions accept too."""
+
+ESTIMATE = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""Of the estimate: those who ask for it get what was published just before they were known."""
 
 OVERRIDABLE = QoSOverridingOptions.with_default_policies()
 
@@ -48,7 +51,11 @@ def log_incompatible(node: Node, topic: str, own: QoSProfile, event: Any) -> Non
 
 def recorded(profile: QoSProfile) -> RecordedProfile:
     """Return a profile as a bag keeps it."""
-    return RecordedProfile(depth=profile.depth, reliability=profile.reliability.name.lower())
+    return RecordedProfile(
+        depth=profile.depth,
+        reliability=profile.reliability.name.lower(),
+        durability=profile.durability.name.lower(),
+    )
 
 
 def _seconds(duration: Any) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import signal
 from collections.abc import Callable, Sequence
@@ -46,12 +47,13 @@ class Stop:
         self.wanted = True
 
 
-def run(load: Callable[[], Callable[..., Any]], arguments: Sequence[str]) -> None:
+def run(load: Callable[[], Callable[..., Any]], arguments: Sequence[str], **options: Any) -> None:
     """Run a node until it says that it has finished, or SIGINT or SIGTERM come.
 
     Args:
         load: Imports and returns the node's class; called after the signals are taken over.
-        arguments: The arguments of the process, ROS ones among them.
+        arguments: The arguments of the process that are for ROS.
+        options: Of the node.
 
     Raises:
         FusionError: The node cannot be set up with these arguments, or what it needs is gone.
@@ -61,4 +63,4 @@ def run(load: Callable[[], Callable[..., Any]], arguments: Sequence[str]) -> Non
         from fuzzy_fusion_ros.nodes.spinning import spin
 
         stop.in_order()
-        spin(make_node, arguments, lambda: stop.wanted, POLL)
+        spin(functools.partial(make_node, **options), arguments, lambda: stop.wanted, POLL)

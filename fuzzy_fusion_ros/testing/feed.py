@@ -1,0 +1,110 @@
+"""Feeds a fusion node sample by sample, each waiting for its estimate."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rclpy.publisher import Publisher
+
+from fuzzy_fusion_ros.core.sample import Sample
+from fuzzy_fusion_ros.messages import FieldPath, InstalledTypes, resolve_field, sample_from_message
+from fuzzy_fusion_ros.messages.outputs import POINT
+from fuzzy_fusion_ros.messages.sample import SECOND_NS, copy_with
+from fuzzy_fusion_ros.nodes.outlet import new_message
+from fuzzy_fusion_ros.nodes.qos import ESTIMATE
+
+if TYPE_CHECKING:
+    from fuzzy_fusion_ros.testing.harness import Harness
+
+START_NS = SECOND_NS
+"""Stamp of the time 0 of a feed: a stamp of zero means *no stamp* in ROS."""
+
+
+class Feed:
+    """Publishes both sensors and hands back estimates, in lockstep.
+
+    Attributes:
+        estimates: All estimates that have come, in order.
+    """
+
+    def __init__(
+        self,
+        harness: Harness,
+        *,
+        s1: str = "/s1",
+        s2: str = "/s2",
+        estimate: str = "/estimate",
+        type_name: str = POINT,
+        field: str = "",
+    ) -> None:
+        """Publish the sensors, and wait until the node under test is matched.
+
+        Args:
+            harness: The graph.
+            s1: Topic of S1.
+            s2: Topic of S2.
+            estimate: Topic of the estimate.
+            type_name: Type of all three; it has a stamp.
+            field: Path of the number in it, the type's own if empty.
+
+        Raises:
+            MessageError: The type is not installed or has no such field.
+            TimeoutError: Nobody subscribes to both sensors and publishes the estimate.
+        """
+        self._harness = harness
+        self._type_name = type_name
+        self._field = resolve_field(InstalledTypes(), type_name, field)
+        self._s1 = harness.publisher(s1, type_name)
+        self._s2 = harness.publisher(s2, type_name)
+        self._messages = harness.record(estimate, type_name, ESTIMATE)
+        harness.spin_until_matched(self._s1, self._s2)
+        harness.spin_until(
+            lambda: harness.node.count_publishers(estimate) > 0, f"a publisher of {estimate}"
+        )
+
+    @property
+    def estimates(self) -> list[Sample]:
+        """All estimates that have come, in order."""
+        return [_sample(message, self._field) for message in self._messages]
+
+    def __call__(self, at: float, s1: float, s2: float | None = None) -> float:
+        """Publish S2, if given, and S1, and return the estimate at S1.
+
+        Args:
+            at: Stamp of both, seconds from the start of the feed.
+            s1: Sample of S1, unit of the signal.
+            s2: Sample of S2, unit of the signal.
+
+        Raises:
+            TimeoutError: No estimate of this stamp comes.
+        """
+        seen = len(self._messages)
+        stamp_ns = self.send(at, s1, s2)
+        found: list[float] = []
+
+        def has_come() -> bool:
+            nonlocal seen
+            new = [_sample(message, self._field) for message in self._messages[seen:]]
+            seen += len(new)
+            found.extend(sample.value for sample in new if sample.stamp_ns == stamp_ns)
+            return bool(found)
+
+        self._harness.spin_until(has_come, f"an estimate stamped {stamp_ns} ns")
+        return found[0]
+
+    def send(self, at: float, s1: float | None = None, s2: float | None = None) -> int:
+        """Publish S2, then S1, those that are given, and wait for nothing; return the stamp."""
+        stamp_ns = START_NS + round(at * SECOND_NS)
+        for publisher, value in ((self._s2, s2), (self._s1, s1)):
+            if value is not None:
+                self.publish(publisher, Sample(stamp_ns, value))
+        return stamp_ns
+
+    def publish(self, publisher: Publisher, sample: Sample) -> None:
+        """Publish any sample at all."""
+        blank = new_message(self._type_name)
+        publisher.publish(copy_with(blank, self._field, sample.value, sample.stamp_ns))
+
+
+def _sample(message: object, field: FieldPath) -> Sample:
+    return Sample(*sample_from_message(message, field, 0))
