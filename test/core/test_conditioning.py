@@ -157,6 +157,7 @@ def test_a_share_of_the_learning_may_go_on_in_motion() -> None:
         return conditioned(parameters, s1, [0.0] * 1300, rate)[-1].bias.value
 
     assert learnt(1.0, 5.0) == pytest.approx(learnt(0.0, 0.0))
+    assert learnt(0.5, 0.0) == pytest.approx(learnt(0.0, 0.0))
     assert 0.0 < learnt(0.1, 5.0) < learnt(0.5, 5.0) < learnt(1.0, 5.0)
 
 

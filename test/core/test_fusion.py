@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import pytest
 from hypothesis import given, settings
@@ -270,6 +269,17 @@ def test_a_jump_back_of_either_sensor_restarts_both() -> None:
         assert fusion.restarts == 1
 
 
+@pytest.mark.parametrize("sensor", ["s1", "s2"])
+@pytest.mark.parametrize(("back_ns", "restarts"), [(SECOND, 0), (SECOND + 1, 1)])
+def test_the_shorter_timeout_tells_a_jump_from_a_late_sample(
+    sensor: str, back_ns: int, restarts: int
+) -> None:
+    fusion = Fusion(PLAIN)
+    take_all(fusion, [(s, SECOND * k, 0.5) for k in (1, 5, 6) for s in ("s2", "s1")])
+    take(fusion, (sensor, 6 * SECOND - back_ns, 0.5))
+    assert fusion.restarts == restarts
+
+
 def test_reset_forgets_all_samples_and_keeps_the_counts() -> None:
     events = events_of(signals.irregular(200))
     fusion = Fusion(PREDICTING)
@@ -282,11 +292,10 @@ def test_reset_forgets_all_samples_and_keeps_the_counts() -> None:
     assert fusion.restarts == 0
 
 
-@pytest.mark.parametrize("make", [lambda: Fusion(PREDICTING)])
-def test_two_fusions_share_nothing(make: Callable[[], Fusion]) -> None:
+def test_two_fusions_share_nothing() -> None:
     events = events_of(signals.irregular(150))
-    once = take_all(make(), events)
-    one, other = make(), make()
+    once = take_all(Fusion(PREDICTING), events)
+    one, other = Fusion(PREDICTING), Fusion(PREDICTING)
     pairs = [(take(one, event), take(other, event)) for event in events]
     assert [a for a, _ in pairs if a is not None] == once
     assert [b for _, b in pairs if b is not None] == once

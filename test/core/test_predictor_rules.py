@@ -153,6 +153,12 @@ def test_training_stops_as_soon_as_the_error_is_below_the_threshold() -> None:
     assert same(train(lax, rules_of(drawn), x, near), drawn, 0.0)
 
 
+def test_an_error_as_large_as_the_threshold_is_still_trained_on() -> None:
+    alone = rules_of([reference.Rule([0.0], [1.0], 1.0)])
+    parameters = PredictorParameters(error_threshold=0.5, max_iterations=1, learning_rate=0.5)
+    assert train(parameters, alone, np.array([0.0]), 1.5).consequents == pytest.approx([1.25])
+
+
 @pytest.mark.parametrize("iterations", [0, 1, 7])
 def test_training_takes_no_more_steps_than_it_may(iterations: int) -> None:
     drawn = random_rules(np.random.default_rng(37), 4, 3)
