@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
@@ -15,7 +14,7 @@ from fuzzy_fusion_ros.bag.roles import Topics, explanation_prefix, fields_of, un
 from fuzzy_fusion_ros.bag.ticks import Ticks
 from fuzzy_fusion_ros.bag.topic import BagMessage
 from fuzzy_fusion_ros.core.errors import BagError, MessageError
-from fuzzy_fusion_ros.core.guard import Drop, Guard
+from fuzzy_fusion_ros.core.guard import Guard
 from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.core.series import Reals, Series, Stamps
@@ -98,9 +97,10 @@ def read_recording(
     """
     bag.require_topics(topics.s1, topics.s2)
     intake = _Intake(parameters)
+    tolerance = min(parameters.s1.timeout, parameters.s2.timeout)
     readers = {
-        "s1": _Reader(topics.s1, parameters.s1.timeout, intake.take_s1),
-        "s2": _Reader(topics.s2, parameters.s2.timeout, intake.take_s2),
+        "s1": _Reader(topics.s1, tolerance, intake.take_s1),
+        "s2": _Reader(topics.s2, tolerance, intake.take_s2),
         "estimate": _Reader(topics.estimate, LONGEST_LATE),
         "truth": _Reader(topics.truth, LONGEST_LATE),
     }
@@ -114,7 +114,7 @@ def read_recording(
             value = bag.decode(message)
         except MessageError:
             for role in here:
-                readers[role].dropped[UNREADABLE] += 1
+                readers[role].unreadable += 1
             continue
         if not all(
             readers[role].take(value, fields[role], message.log_ns, parameters.future_tolerance)
@@ -173,10 +173,11 @@ class _Reader:
         self, topic: str, tolerance: float, then: Callable[[Sample], None] = lambda sample: None
     ) -> None:
         self.topic = topic
-        self.dropped: Counter[str] = Counter()
+        self.unreadable = 0
         self._guard = Guard()
         self._tolerance = tolerance
         self._then = then
+        self._jumped = False
         self._rows: list[tuple[int, float, int]] = []
 
     @property
@@ -188,24 +189,23 @@ class _Reader:
         try:
             sample = Sample(*sample_from_message(message, field, log_ns))
         except MessageError:
-            self.dropped[UNREADABLE] += 1
+            self.unreadable += 1
             return True
-        fault = self._guard.fault(sample.stamp_ns, sample.value, log_ns, future_tolerance)
-        if fault is None and self._guard.jumped_back(sample.stamp_ns, self._tolerance):
-            return False
-        if fault is None and not self._guard.admit(sample.stamp_ns):
-            fault = Drop.NOT_NEWER
-        if fault is not None:
-            self.dropped[fault.value] += 1
-            return True
-        self._rows.append((sample.stamp_ns, sample.value, log_ns))
-        self._then(sample)
-        return True
+        admitted = self._guard.take(sample, log_ns, future_tolerance, self._tolerance, self._jump)
+        if admitted and not self._jumped:
+            self._rows.append((sample.stamp_ns, sample.value, log_ns))
+            self._then(sample)
+        return not self._jumped
+
+    def _jump(self) -> None:
+        self._jumped = True
+        self._guard.restart()
 
     def notes(self) -> list[str]:
-        return [
-            f"{self.topic}: {count} left out, {reason}" for reason, count in self.dropped.items()
-        ]
+        dropped = {reason.value: count for reason, count in self._guard.dropped.items()}
+        if self.unreadable:
+            dropped[UNREADABLE] = self.unreadable
+        return [f"{self.topic}: {count} left out, {reason}" for reason, count in dropped.items()]
 
     def track(self) -> Track:
         stamps, values, logs = zip(*self._rows, strict=True) if self._rows else ((), (), ())

@@ -1,0 +1,98 @@
+"""Series at the stamps of others."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from reference import signals
+
+from fuzzy_fusion_ros.bag.recording import Track
+from fuzzy_fusion_ros.core.estimator import WAITING
+from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.core.series import Series, fusion, run
+from fuzzy_fusion_ros.scoring import join
+from fuzzy_fusion_ros.scoring.join import held, interpolated, steps, values_of
+
+BEGIN_NS = 1_700_000_000_123_456_789
+
+
+def track(times: list[int], values: list[float]) -> Track:
+    """Return a track at times in ns since ``BEGIN_NS``."""
+    stamps = BEGIN_NS + np.array(times, np.int64)
+    return Track(stamps, np.array(values), stamps)
+
+
+def test_between_two_samples_lies_the_line() -> None:
+    found = interpolated(
+        track([0, 100, 1000], [1.0, 3.0, 0.0]),
+        BEGIN_NS + np.array([-1, 0, 25, 100, 550, 1000, 1001]),
+    )
+    assert np.array_equal(found, [np.nan, 1.0, 1.5, 3.0, 1.5, 0.0, np.nan], equal_nan=True)
+
+
+def test_nothing_comes_of_nothing() -> None:
+    assert np.isnan(interpolated(track([], []), BEGIN_NS + np.arange(3))).all()
+    assert interpolated(track([0, 1], [0.0, 1.0]), np.array([], np.int64)).size == 0
+
+
+def test_a_single_sample_counts_where_it_is() -> None:
+    found = interpolated(track([5], [2.0]), BEGIN_NS + np.array([4, 5, 6]))
+    assert np.array_equal(found, [np.nan, 2.0, np.nan], equal_nan=True)
+
+
+@given(
+    times=st.lists(st.integers(0, 10**12), min_size=2, max_size=20, unique=True).map(sorted),
+    data=st.data(),
+)
+def test_it_stays_between_the_neighbours(times: list[int], data: st.DataObject) -> None:
+    values = [data.draw(st.floats(-1e3, 1e3)) for _ in times]
+    wanted = data.draw(st.integers(times[0], times[-1]))
+    found = interpolated(track(times, values), np.array([BEGIN_NS + wanted]))[0]
+    after = next(k for k, time in enumerate(times) if time >= wanted)
+    around = values[max(after - 1, 0) : after + 1]
+    assert min(around) - 1e-9 <= found <= max(around) + 1e-9
+    if wanted in times:
+        assert found == values[times.index(wanted)]
+
+
+def test_a_held_value_is_the_newest() -> None:
+    found = held(
+        np.array([10, 20], np.int64), np.array([1.0, 2.0]), np.array([9, 10, 19, 20, 99], np.int64)
+    )
+    assert np.array_equal(found, [np.nan, 1.0, 1.0, 2.0, 2.0], equal_nan=True)
+
+
+def test_an_empty_series_holds_nothing() -> None:
+    assert np.isnan(held(np.array([], np.int64), np.array([]), np.array([1, 2]))).all()
+
+
+@pytest.fixture
+def series() -> Series:
+    """A short recording in which S2 speaks late."""
+    recording = signals.irregular(300, 2)
+    known = np.maximum(np.array(recording.s2_known, np.int64) - 3, 0)
+    return Series(
+        s1_ns=np.array([stamp for stamp, _ in recording.s1], np.int64),
+        s1=np.array([value for _, value in recording.s1]),
+        s2_ns=np.array([stamp for stamp, _ in recording.s2], np.int64),
+        s2=np.array([value for _, value in recording.s2]),
+        s2_known=known,
+    )
+
+
+def test_steps_are_those_of_the_compiled_run(series: Series) -> None:
+    method = fusion(Parameters())
+    trace = run(method, series)
+    found = list(steps(method, series))
+    assert [each.mode for each in found] == trace.mode.tolist()
+    assert [0.0 if e.mode == WAITING else e.value for e in found] == trace.value.tolist()
+
+
+def test_long_series_give_the_same_values(series: Series, monkeypatch: pytest.MonkeyPatch) -> None:
+    method = fusion(Parameters())
+    short = values_of(method, series)
+    monkeypatch.setattr(join, "WORTH_COMPILING", 0)
+    assert np.isnan(short).any()
+    assert np.array_equal(short, values_of(method, series), equal_nan=True)
