@@ -29,6 +29,9 @@ SWEEPS: Mapping[str, tuple[float, ...]] = MappingProxyType(
 SETTLED = 5.0
 """From here on a run has settled, seconds: the ideal loop's transient is long over."""
 
+AFTERMATH = 0.4
+"""So long after the disturbance S2 and the loop still answer it, seconds: twice S2's lag."""
+
 LAST = 10.0
 """Length of a run's end, or of what came before a fall, that shows oscillation, seconds."""
 
@@ -59,8 +62,8 @@ class Outcome(NamedTuple):
         s1_rmse: Root mean square of S1 less angle until a fall, rad.
         s1_offset: Mean of S1 less angle until a fall, rad.
         s2_rmse: Root mean square of S2 less angle until a fall, rad.
-        rejected_pushed: Share of the predictions during the disturbance that the gate rejected,
-            NaN if there were none.
+        rejected_pushed: Share of the predictions during the disturbance and its aftermath that
+            the gate rejected, NaN if there were none.
         rejected_calm: The same from when it had settled to the disturbance.
     """
 
@@ -172,7 +175,7 @@ def outcome_of(method: str, point: Point, seed: int, run: Run) -> Outcome:
         s1_rmse=_root_mean_square(run.s1[alive] - truth),
         s1_offset=float(np.mean(run.s1[alive] - truth)),
         s2_rmse=_root_mean_square(run.s2[alive] - truth),
-        rejected_pushed=_rejected(run, _between(t, push.start, push.end)),
+        rejected_pushed=_rejected(run, _between(t, push.start, push.end + AFTERMATH)),
         rejected_calm=_rejected(run, calm),
     )
 

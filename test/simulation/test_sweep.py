@@ -152,15 +152,15 @@ def test_unrest_is_looked_for_between_settling_and_push() -> None:
     assert outcome_of("s2", NOMINAL, 0, run).unrest == 0.25
 
 
-def test_rejections_are_counted_in_the_push_and_in_the_calm_before() -> None:
+def test_rejections_are_counted_from_the_push_until_it_is_over_and_in_the_calm_before() -> None:
     run = made_up_run([0.0])
     assert math.isnan(outcome_of("complete", NOMINAL, 0, run).rejected_pushed)
     run.trace.predicted[:] = True
     run.trace.accepted[:] = True
-    run.trace.accepted[2500:2505] = False
+    run.trace.accepted[2530:2600] = False
     run.trace.accepted[500:1000] = False
     outcome = outcome_of("complete", NOMINAL, 0, run)
-    assert outcome.rejected_pushed == 0.5
+    assert outcome.rejected_pushed == 0.4  # 2530 to 2549 of 2500 to 2549
     assert outcome.rejected_calm == 0.25
 
 
