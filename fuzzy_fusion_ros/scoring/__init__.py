@@ -1,0 +1,1 @@
+"""How good an estimate is: metrics, reports, and the paper's claims over the benchmark."""
