@@ -1,0 +1,90 @@
+"""The paper, reproduced: runs, tables, figures, claims."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.plots.contact_sheet import contact_sheet
+from fuzzy_fusion_ros.plots.paper_figures import draw
+from fuzzy_fusion_ros.plots.style import save, styled
+from fuzzy_fusion_ros.scoring.claims import claims
+from fuzzy_fusion_ros.scoring.findings import Finding
+from fuzzy_fusion_ros.scoring.paper_tables import INSIDE, RESPONSES, SWEPT, table_of, write_csv
+from fuzzy_fusion_ros.scoring.results import Results
+from fuzzy_fusion_ros.scoring.targets import targets
+from fuzzy_fusion_ros.simulation.methods import Contender, contenders, warm_up
+from fuzzy_fusion_ros.simulation.sweep import NOMINAL, Outcome, points_of, simulate_at, sweep
+
+
+class Progress(Protocol):
+    """Shows how far it is while items are taken."""
+
+    def __call__(self, items: Iterable[Any], text: str, total: int | None = None) -> Iterator[Any]:
+        """Return the items."""
+
+
+class Reproduction(NamedTuple):
+    """What came of it.
+
+    Attributes:
+        outcomes: All runs, by point, seed and method.
+        claims: The paper's claims about the figures asked for.
+        targets: Ours.
+    """
+
+    outcomes: list[Outcome]
+    claims: list[Finding]
+    targets: list[Finding]
+
+
+def reproduce(
+    parameters: Parameters,
+    figures: Sequence[int],
+    seeds: Sequence[int],
+    jobs: int,
+    output: Path,
+    progress: Progress,
+) -> Reproduction:
+    """Run what the figures need, and write them as PNG and CSV with a contact sheet.
+
+    Args:
+        parameters: Of the fusion, the same at every point.
+        figures: Numbers of the paper's figures, rising.
+        seeds: Two or more seeds; Figs 6-17 show the first.
+        jobs: Number of threads; it changes no result.
+        output: Directory to write into.
+        progress: Shows how far it is.
+
+    Raises:
+        FusionError: A file cannot be written.
+    """
+    methods = contenders(parameters)
+    for contender in progress(methods, "compile"):
+        warm_up(contender)
+    swept = dict.fromkeys(SWEPT[figure].swept for figure in figures if figure in SWEPT)
+    points = points_of(swept)
+    runs = sweep(methods, points, seeds, jobs)
+    outcomes = list(progress(runs, "simulate", len(methods) * len(points) * len(seeds)))
+    results = Results(outcomes)
+    pictures = [
+        _figure(figure, methods, seeds[0], results, output) for figure in progress(figures, "draw")
+    ]
+    with styled():
+        save(contact_sheet(pictures), output / "contact_sheet.png")
+    return Reproduction(outcomes, claims(results, figures), targets(results, figures))
+
+
+def _figure(
+    number: int, methods: Sequence[Contender], seed: int, results: Results, output: Path
+) -> Path:
+    shown = {"ideal", RESPONSES.get(number), INSIDE.get(number)} if number not in SWEPT else set()
+    runs = {each.name: simulate_at(each, NOMINAL, seed) for each in methods if each.name in shown}
+    table = table_of(number, runs, results)
+    stem = output / f"fig{number:02d}"
+    write_csv(table, stem.with_suffix(".csv"))
+    with styled():
+        save(draw(number, table), stem.with_suffix(".png"))
+    return stem.with_suffix(".png")
