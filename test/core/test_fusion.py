@@ -22,8 +22,7 @@ STEP = 10_000_000
 PLAIN = replace(Parameters(), {"s1.timeout": 1.0, "s2.timeout": 5.0, "future_tolerance": 10.0})
 PREDICTING = replace(PLAIN, {"predictor.enabled": True})
 
-Event = tuple[str, int, float]
-"""``s1`` or ``s2``, stamp, value."""
+Event = tuple[str, int, float]  # s1 or s2, stamp, value
 
 
 def events_of(recording: signals.Recording) -> list[Event]:
