@@ -40,7 +40,7 @@ class BagWriter:
         self._channels: dict[str, tuple[str, int]] = {}
         self._schemas: dict[tuple[str, Definition], int] = {}
         self._described_chunks = 0
-        self._failure: BagError | None = None
+        self._failure: OSError | None = None
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             if any(self.path.iterdir()):
@@ -122,7 +122,7 @@ class BagWriter:
         if self._file.is_closed():
             raise BagError(f"bag {str(self.path)!r} is closed: nothing can be written to it")
         if self._failure is not None:
-            raise self._failure
+            raise self._refusal(self._failure)
         channel = self._channels.get(topic)
         if channel is None:
             self.add_topic(topic, msgtype)
@@ -139,8 +139,8 @@ class BagWriter:
                 return  # by a signal handler that came in between, with this message in it
             if not isinstance(error, OSError):
                 raise
-            self._failure = self._refusal(error)
-            raise self._failure from error
+            self._failure = error
+            raise self._refusal(error) from error
 
     def close(self) -> None:
         """Write what is pending, the index and the metadata; the second call does nothing.

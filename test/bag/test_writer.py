@@ -489,7 +489,8 @@ from fuzzy_fusion_ros.bag import BagWriter
 from fuzzy_fusion_ros.core.errors import BagError
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # a write past the limit fails, as on a full disk
 bag = BagWriter(sys.argv[1])
-resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, hard))
 refusals = []
 for message in points(3_000):
     try:
@@ -497,6 +498,7 @@ for message in points(3_000):
     except BagError as error:
         refusals.append(str(error))
 bag.close()
+resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 print(len(refusals), refusals[0])
 """
 
