@@ -143,7 +143,7 @@ class _Station:
     def __init__(self, bag: BagReader, topics: Topics, parameters: Parameters) -> None:
         self._bag = bag
         self._topics = topics
-        self._fields = fields_of(bag, topics, parameters)
+        self._fields = fields_of(bag, topics, parameters, ("s1", "s2"))
         self._fusion = Fusion(parameters)
         self._ticks = Ticks(parameters)
         self._scalar = blank_message(bag.types, POINT)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -42,10 +42,18 @@ def explanation_prefix(estimate: str) -> str:
     return f"{estimate.rpartition('/')[0]}/{NODE}/"
 
 
-def fields_of(bag: BagReader, topics: Topics, parameters: Parameters) -> dict[str, FieldPath]:
+def fields_of(
+    bag: BagReader, topics: Topics, parameters: Parameters, roles: Sequence[str] = ROLES
+) -> dict[str, FieldPath]:
     """Return where the number is, for each role whose topic the bag has.
 
     A path in ``topics`` comes before one in ``parameters``, and that before the type's own.
+
+    Args:
+        bag: The bag.
+        topics: The topics of the roles.
+        parameters: Of the fusion.
+        roles: Those that matter.
 
     Raises:
         MessageError: A path is not in its type, or there is none and the type has none of its own.
@@ -65,7 +73,7 @@ def fields_of(bag: BagReader, topics: Topics, parameters: Parameters) -> dict[st
             configured[role],
         )
         for role, topic in topics.by_role().items()
-        if topic in bag.topics
+        if role in roles and topic in bag.topics
     }
 
 
