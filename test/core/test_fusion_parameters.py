@@ -87,3 +87,43 @@ def test_a_rejected_change_leaves_everything_as_it_was() -> None:
     with pytest.raises(ParameterError, match=r"gate\.tolerance"):
         fusion.parameters = replace(fusion.parameters, {"gate.tolerance": -1.0})
     assert first + feed(fusion, start=100) == feed(Fusion(PLAIN))
+
+
+@pytest.mark.xfail(reason="conditioning takes up what it kept, however long ago")
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"s1.lowpass_time_constant": 1.0},
+        {"s1.spike_threshold": 0.5},
+        {"s1.bias_time_constant": 1.0, "s2.lag_time_constant": 1.0},
+    ],
+)
+def test_conditioning_switched_on_starts_from_the_signal(change: dict[str, object]) -> None:
+    """Not from what was kept before it was switched off, or from nothing."""
+    fusion = Fusion(PLAIN)
+    for k in range(200):
+        if k == 100:
+            fusion.parameters = replace(PLAIN, change)
+        stamp_ns = SECOND + k * 10_000_000
+        fusion.take_s2(Sample(stamp_ns, 5.0), stamp_ns)
+        fused = fusion.take_s1(Sample(stamp_ns, 5.0), stamp_ns)
+        assert fused is not None
+        assert fused.estimate.value == pytest.approx(5.0)
+        assert fused.estimate.aggregate.strengths.small_small == pytest.approx(1.0)
+
+
+@pytest.mark.xfail(reason="the bias last learnt goes on being taken off")
+def test_a_bias_switched_off_is_taken_off_no_more() -> None:
+    learning = replace(PLAIN, {"s1.bias_time_constant": 1.0, "s1.lowpass_time_constant": 0.01})
+    fusion = Fusion(learning)
+    strengths = []
+    for k in range(400):
+        if k == 200:
+            fusion.parameters = replace(learning, {"s1.bias_time_constant": 0.0})
+        stamp_ns = SECOND + k * 10_000_000
+        fusion.take_s2(Sample(stamp_ns, 0.0), stamp_ns)
+        fused = fusion.take_s1(Sample(stamp_ns, 9.0), stamp_ns)
+        assert fused is not None
+        strengths.append(fused.estimate.aggregate.strengths)
+    assert strengths[199].small_small == pytest.approx(1.0)
+    assert strengths[399].large_small == pytest.approx(1.0)
