@@ -23,7 +23,7 @@ COLOURS = MappingProxyType(
     {
         "truth": "#000000",
         "ideal": "#000000",
-        "s1": "#999999",
+        "s1": "#B3B3B3",
         "s2": "#0072B2",
         "average": "#56B4E9",
         "constant_weight": "#7F6D5F",

@@ -1,0 +1,66 @@
+"""What score draws."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from bag.recorded import swing, write_scalars
+
+from fuzzy_fusion_ros.bag.roles import Topics
+from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.plots.style import new_figure
+from fuzzy_fusion_ros.plots.traces import COLUMNS, _draw, plot_paths, plot_score
+from fuzzy_fusion_ros.scoring.score import Score, score_bag
+
+
+@pytest.fixture
+def score(tmp_path: Path) -> Score:
+    """A score with weight and drift."""
+    path = write_scalars(tmp_path / "bag", swing(estimate=False))
+    return score_bag(path, Topics(), Parameters())._replace(unit="m/s^2")
+
+
+def size_of(path: Path) -> tuple[int, int]:
+    """Return width and height of a PNG."""
+    return struct.unpack(">II", path.read_bytes()[16:24])  # type: ignore[return-value]
+
+
+def test_a_file_is_drawn_at_twice_the_width_shown(score: Score, tmp_path: Path) -> None:
+    plot_score(score, tmp_path / "all.png")
+    plot_score(score._replace(behind={}), tmp_path / "less.png")
+    assert size_of(tmp_path / "all.png")[0] == size_of(tmp_path / "less.png")[0] == 1800
+    assert size_of(tmp_path / "all.png")[1] > size_of(tmp_path / "less.png")[1]
+
+
+def test_pyplot_knows_nothing_of_it(score: Score, tmp_path: Path) -> None:
+    before = plt.get_fignums()
+    plot_score(score, tmp_path / "all.svg")
+    assert plt.get_fignums() == before
+
+
+def test_names_and_units_are_in_it(score: Score, tmp_path: Path) -> None:
+    plot_score(score, tmp_path / "all.svg")
+    text = (tmp_path / "all.svg").read_text(encoding="utf-8")
+    for part in ("truth", "estimate, RMSE", "error / m/s²", "weight", "drift / m/s²", "time / s"):
+        assert f"<!-- {part}" in text
+
+
+def test_a_long_series_keeps_its_peaks() -> None:
+    values = np.sin(np.arange(100_000) * 0.1)
+    values[[1234, 77_777]] = [5.0, -7.0]
+    _, (axes,) = new_figure()
+    _draw(axes, np.arange(100_000) * 0.01, values, "s1", "S1")
+    (line,) = axes.get_lines()
+    drawn = np.asarray(line.get_ydata())
+    assert drawn.size == 2 * COLUMNS
+    assert (drawn.min(), drawn.max()) == (-7.0, 5.0)
+
+
+def test_several_bags_get_files_of_their_own(score: Score) -> None:
+    assert plot_paths("out/p.png", [score]) == [Path("out/p.png")]
+    others = [score._replace(name="bags/one"), score._replace(name="two.mcap")]
+    assert plot_paths("out/p.png", others) == [Path("out/p_one.png"), Path("out/p_two.png")]

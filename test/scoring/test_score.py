@@ -1,0 +1,203 @@
+"""Scores of a whole recording."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bag.recorded import Scalar, read, swing, write_scalars
+
+from fuzzy_fusion_ros.bag.roles import Topics
+from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, baselines_for
+from fuzzy_fusion_ros.core.errors import BagError
+from fuzzy_fusion_ros.core.parameter_tree import replace
+from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.scoring.metrics import METRICS, ScoreError
+from fuzzy_fusion_ros.scoring.report import report, summary, table
+from fuzzy_fusion_ros.scoring.score import Score, score_bag
+
+
+def scored(
+    path: Path,
+    topics: Topics | None = None,
+    baselines: BaselineParameters | None = None,
+    start_s: float | None = None,
+    end_s: float | None = None,
+    changes: dict[str, object] | None = None,
+) -> Score:
+    """Score a bag."""
+    parameters = replace(Parameters(), changes or {})
+    return score_bag(path, topics or Topics(), parameters, baselines, start_s, end_s)
+
+
+@pytest.fixture
+def bag(tmp_path: Path) -> Path:
+    """A bag with everything."""
+    return write_scalars(tmp_path / "bag", swing())
+
+
+def test_the_figures_are_those_of_the_samples(bag: Path) -> None:
+    score = scored(bag)
+    found = score.scores("estimate")
+    assert found["rmse"] == pytest.approx(0.01)
+    assert found["bias"] == pytest.approx(0.01)
+    assert found["iae"] == pytest.approx(0.05)
+    assert found["itae"] == pytest.approx(0.01 * 0.01 * sum(k * 0.01 for k in range(500)))
+    assert score.scores("s1")["bias"] == pytest.approx(0.1)
+    assert (score.matched, score.of) == (500, 500)
+    assert score.span_s == pytest.approx((0.0, 4.99))
+    assert not score.recomputed
+
+
+def test_the_json_is_the_contracts(bag: Path) -> None:
+    document = json.loads(json.dumps(scored(bag).as_json(), allow_nan=False))
+    assert list(document) == ["matched", "of", "span_s", "unit", "estimators"]
+    assert document["unit"] is None
+    assert list(document["estimators"]) == ["estimate", *BASELINES]
+    required = {"estimate", "s1", "s2", "average", "complementary", "kalman", "kalman_bias"}
+    assert required <= set(document["estimators"])
+    for values in document["estimators"].values():
+        assert list(values) == ["rmse", "mae", "iae", "itae", "max", "bias"]
+
+
+def test_all_are_scored_at_the_same_stamps(bag: Path) -> None:
+    score = scored(bag)
+    assert {values.size for values in score.values.values()} == {score.matched}
+    assert np.isfinite([*score.values.values()]).all()
+    assert np.array_equal(
+        score.values["average"], 0.5 * score.values["s1"] + 0.5 * score.values["s2"]
+    )
+
+
+def test_truth_is_interpolated_never_extrapolated(tmp_path: Path) -> None:
+    sparse = swing(truth=False) + [
+        Scalar("/truth", time_s, 2.0 * time_s, log_s=5.0) for time_s in (1.0, 2.0, 3.005)
+    ]
+    score = scored(write_scalars(tmp_path / "bag", sparse))
+    assert (score.matched, score.of) == (201, 500)
+    assert score.truth == pytest.approx(2.0 * np.arange(1.0, 3.005, 0.01))
+    assert score.span_s == pytest.approx((1.0, 3.0))
+
+
+def test_what_comes_before_s2_is_not_scored(tmp_path: Path) -> None:
+    late = [each for each in swing() if each.topic != "/s2" or each.time_s >= 1.0]
+    score = scored(write_scalars(tmp_path / "bag", late))
+    assert (score.matched, score.of) == (400, 500)
+
+
+def test_estimates_at_other_stamps_are_scored_against_what_was_known(tmp_path: Path) -> None:
+    shifted = [
+        each._replace(time_s=each.time_s + 0.004) if each.topic == "/estimate" else each
+        for each in swing()
+    ]
+    score = scored(write_scalars(tmp_path / "bag", shifted))
+    assert (score.matched, score.of) == (499, 500)
+    assert score.values["s1"][100] == pytest.approx(1.0 * 4.0 + 0.1)
+
+
+def test_without_an_estimate_the_fusion_runs(tmp_path: Path) -> None:
+    path = write_scalars(tmp_path / "bag", swing(estimate=False))
+    score = scored(path)
+    assert score.recomputed
+    assert score.of == 500
+    assert set(score.behind) == {"weight", "drift"}
+    other = scored(path, changes={"aggregator.weight.small": 0.9})
+    assert other.scores("estimate")["rmse"] != score.scores("estimate")["rmse"]
+    assert other.scores("kalman") == score.scores("kalman")
+
+
+def test_weight_and_drift_come_from_the_bag(tmp_path: Path) -> None:
+    beside = [Scalar("/fusion_node/weight", k * 0.01, 0.25, log_s=5.0) for k in range(500)]
+    score = scored(write_scalars(tmp_path / "bag", [*swing(), *beside]))
+    assert list(score.behind) == ["weight"]
+    assert set(score.behind["weight"]) == {0.25}
+
+
+def test_baselines_follow_the_recording_or_what_is_given(bag: Path) -> None:
+    given = replace(BaselineParameters(), {"constant_weight.weight": 1.0})
+    assert scored(bag, baselines=given).scores("constant_weight") == scored(bag).scores("s1")
+
+
+def test_a_span_is_scored_as_if_it_were_all(bag: Path) -> None:
+    score = scored(bag, start_s=1.0, end_s=2.0)
+    assert (score.matched, score.of) == (100, 100)
+    assert score.span_s == pytest.approx((1.0, 1.99))
+    assert score.scores("estimate")["itae"] == pytest.approx(
+        0.01 * 0.01 * sum(k * 0.01 for k in range(100))
+    )
+
+
+def test_no_match_says_why(tmp_path: Path) -> None:
+    apart = [
+        each._replace(time_s=each.time_s + 1e6, log_s=each.time_s)
+        if each.topic == "/truth"
+        else each
+        for each in swing(1.0)
+    ]
+    path = write_scalars(tmp_path / "bag", apart)
+    with pytest.raises(ScoreError, match=r"matched 0 of 100 estimates: their stamps are 17000\d+"):
+        scored(path, changes={"future_tolerance": 1e9})
+    with pytest.raises(ScoreError, match="those of the truth none"):
+        scored(path)
+
+
+def test_a_truth_must_be_there(tmp_path: Path) -> None:
+    path = write_scalars(tmp_path / "bag", swing(1.0, truth=False))
+    with pytest.raises(BagError, match="has no topic '/truth'; it has /estimate"):
+        scored(path)
+
+
+@pytest.mark.parametrize("trigger", ["pair", "timer"])
+def test_other_triggers_are_scored_too(tmp_path: Path, trigger: str) -> None:
+    path = write_scalars(tmp_path / "bag", swing(estimate=False))
+    score = scored(path, changes={"trigger": trigger, "rate": 20.0})
+    assert score.matched in range(40, 101)
+
+
+def test_pairs_that_never_come_match_nothing(tmp_path: Path) -> None:
+    apart = [
+        each._replace(time_s=each.time_s + 0.001) if each.topic == "/s1" else each
+        for each in swing(0.5, estimate=False)
+    ]
+    path = write_scalars(tmp_path / "bag", apart)
+    with pytest.raises(ScoreError, match="matched 0 of 0 estimates"):
+        scored(path, changes={"trigger": "pair"})
+
+
+def test_the_table_has_every_metric_and_estimator(bag: Path) -> None:
+    score = scored(bag)._replace(unit="rad")
+    head, units, *rows = table(score).splitlines()
+    assert head.split() == list(METRICS)
+    assert units.split("  ")[-1].strip() == "s"
+    assert " rad^2 " in units
+    assert [row.split()[0] for row in rows] == ["estimate", *BASELINES]
+    assert len({len(row) for row in (head, *rows)}) <= 2
+
+
+def test_an_unknown_unit_is_left_open(bag: Path) -> None:
+    assert table(scored(bag)).splitlines()[1].split() == ["s"]
+
+
+def test_the_summary_says_what_matched(bag: Path) -> None:
+    score = scored(bag)._replace(name="bag")
+    assert summary(score) == "bag: matched 500 of 500 estimates, 0.00 s to 4.99 s"
+    assert "the fusion ran here" in summary(score._replace(recomputed=True))
+
+
+def test_several_are_shown_side_by_side(bag: Path) -> None:
+    score = scored(bag)._replace(name="one", unit="rad")
+    text = report([score, score._replace(name="two", unit="m")])
+    assert text.count("matched 500 of 500") == 2
+    last = text.split("\n\n")[-1].splitlines()
+    assert last[0] == "rmse, side by side"
+    assert [last[1].split(), last[2].split()] == [["one", "two"], ["rad", "m"]]
+    assert last[3].split() == ["estimate", "0.01", "0.01"]
+    assert report([score]).count("side by side") == 0
+
+
+def test_defaults_are_derived_once_per_recording(bag: Path) -> None:
+    score = scored(bag)
+    given = baselines_for(read(bag).series)
+    assert scored(bag, baselines=given).as_json() == score.as_json()
