@@ -1,0 +1,88 @@
+"""The command replay."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from bag.recorded import messages, swing, write_scalars
+
+from fuzzy_fusion_ros.cli import score
+from fuzzy_fusion_ros.cli.replay import main
+
+
+@pytest.fixture
+def bag(tmp_path: Path) -> Path:
+    """A bag with everything."""
+    return write_scalars(tmp_path / "bag", swing())
+
+
+def test_a_new_bag_is_made(bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([str(bag), "--output", str(tmp_path / "out")]) == 0
+    out, said = capsys.readouterr()
+    assert out == f"{tmp_path / 'out'}: 1050 messages copied, 500 estimates made\n"
+    assert said == ""
+    assert len(messages(tmp_path / "out", ["/estimate"])) == 500
+
+
+def test_it_is_named_after_the_old_one(
+    bag: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main([str(bag)]) == 0
+    assert main(["bag/bag_0.mcap"]) == 0
+    assert messages(tmp_path / "bag_replay") == messages(tmp_path / "bag_0_replay")
+
+
+def test_the_new_bag_is_all_that_score_needs(bag: Path, tmp_path: Path) -> None:
+    params = tmp_path / "params.yaml"
+    params.write_text("fusion_node:\n  ros__parameters:\n    aggregator.weight.small: 0.9\n")
+    out = tmp_path / "out"
+    assert main([str(bag), "--params", str(params), "--output", str(out)]) == 0
+    for arguments in ([str(out)], [str(out), "--params", str(params)]):
+        assert score.main([*arguments, "--json", str(tmp_path / "score.json")]) == 0
+        document = json.loads((tmp_path / "score.json").read_text())
+        assert document["matched"] == 500
+
+
+def test_options_are_passed_on(bag: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    arguments = ["--start", "1", "--end", "2", "--s2", "/truth", "--estimate", "/fused"]
+    assert main([str(bag), "--output", str(out), *arguments, "--field", "s1=point.y"]) == 0
+    assert len(messages(out, ["/fused"])) == 100
+
+
+def test_restarts_and_losses_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    looped = [
+        each._replace(log_s=each.time_s + 10.0 * loop) for loop in range(2) for each in swing()
+    ]
+    looped.append(looped[-2]._replace(value=float("inf"), log_s=20.0))
+    bag = write_scalars(tmp_path / "bag", looped)
+    assert main([str(bag), "--output", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().err
+    assert "replay: /s1: 1 left out, value is not finite\n" in said
+    assert "time jumped back 1 times" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (["nothing"], "'nothing' does not exist"),
+        (["BAG", "--s1", "/gyro"], "has no topic '/gyro'"),
+        (["BAG", "--output", "BAG"], "exists: name a new directory"),
+        (["BAG", "--rate", "2"], "--rate and --loop are for --live"),
+        (["BAG", "--loop"], "--rate and --loop are for --live"),
+        (["BAG", "--live", "--rate", "0"], "--rate: got '0'"),
+        (["BAG", "--live", "--output", "x"], "--live writes nothing"),
+        (["BAG", "--start", "3", "--end", "1"], "nothing is left"),
+    ],
+)
+def test_what_cannot_be_used_is_one_line_and_status_2(
+    bag: Path, arguments: list[str], problem: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([each.replace("BAG", str(bag)) for each in arguments]) == 2
+    said = capsys.readouterr().err
+    assert problem in said
+    assert said.startswith("replay: ")
+    assert said.count("\n") == 1

@@ -1,0 +1,156 @@
+"""The command score."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from bag.recorded import swing, write_scalars
+
+from fuzzy_fusion_ros.cli.score import baselines_of, main
+from fuzzy_fusion_ros.core.errors import ParameterError
+
+
+@pytest.fixture
+def bag(tmp_path: Path) -> Path:
+    """A bag with everything."""
+    return write_scalars(tmp_path / "bag", swing())
+
+
+def test_a_table_is_printed(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([str(bag), "--unit", "rad"]) == 0
+    out, said = capsys.readouterr()
+    assert out.startswith(f"{bag}: matched 500 of 500 estimates")
+    assert "kalman_bias" in out
+    assert "rad s^2" in out
+    assert said == ""
+
+
+def test_json_on_stdout_is_alone(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([str(bag), "--json", "-"]) == 0
+    out, said = capsys.readouterr()
+    assert json.loads(out)["matched"] == 500
+    assert "kalman_bias" in said
+
+
+def test_several_bags_go_side_by_side(
+    bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other = write_scalars(tmp_path / "other", swing(estimate=False))
+    path = tmp_path / "both.json"
+    plot = tmp_path / "both.png"
+    assert main([str(bag), str(other), "--json", str(path), "--plot", str(plot)]) == 0
+    assert list(json.loads(path.read_text())) == [str(bag), str(other)]
+    assert "side by side" in capsys.readouterr().out
+    assert (tmp_path / "both_bag.png").exists()
+    assert (tmp_path / "both_other.png").exists()
+    assert main([str(bag), str(other), "--baseline", str(path)]) == 0
+    assert main([str(bag), str(tmp_path / "new"), "--baseline", str(path)]) == 2
+    write_scalars(tmp_path / "new", swing())
+    assert main([str(bag), str(tmp_path / "new"), "--baseline", str(path)]) == 2
+    assert "--baseline has no score of" in capsys.readouterr().err
+
+
+def test_a_plot_is_drawn(bag: Path, tmp_path: Path) -> None:
+    assert main([str(bag), "--plot", str(tmp_path / "plot.png")]) == 0
+    assert (tmp_path / "plot.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_regression_is_named(
+    bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "before.json"
+    assert main([str(bag), "--json", str(path)]) == 0
+    assert main([str(bag), "--baseline", str(path), "--tolerance", "0"]) == 0
+    document = json.loads(path.read_text())
+    document["estimators"]["estimate"]["rmse"] /= 1.2
+    path.write_text(json.dumps(document))
+    capsys.readouterr()
+    assert main([str(bag), "--baseline", str(path)]) == 1
+    assert "worse than before by more than 5 %: rmse of the estimate" in capsys.readouterr().err
+    assert main([str(bag), "--baseline", str(path), "--tolerance", "30"]) == 0
+
+
+def test_the_parameters_run_where_there_is_no_estimate(tmp_path: Path) -> None:
+    bag = write_scalars(tmp_path / "bag", swing(estimate=False))
+    params = tmp_path / "params.yaml"
+    params.write_text(
+        "fusion_node:\n  ros__parameters:\n    aggregator.weight.small: 0.5\n"
+        "    aggregator.weight.large: 0.5\n    aggregator.weight.very_small: 0.5\n"
+        "    aggregator.weight.very_large: 0.5\n    aggregator.drift.large: 0.0\n"
+        "baselines:\n  ros__parameters:\n    constant_weight:\n      weight: 1.0\n"
+    )
+    assert main([str(bag), "--params", str(params), "--json", str(tmp_path / "a.json")]) == 0
+    found = json.loads((tmp_path / "a.json").read_text())["estimators"]
+    assert found["estimate"] == pytest.approx(found["average"])
+    assert found["constant_weight"] == pytest.approx(found["s1"])
+
+
+def test_baselines_are_read_from_their_own_entry(tmp_path: Path) -> None:
+    path = tmp_path / "params.yaml"
+    path.write_text("fusion_node:\n  ros__parameters:\n    trigger: pair\n")
+    assert baselines_of(None) is None
+    assert baselines_of(str(path)) is None
+    path.write_text("/**/baselines:\n  ros__parameters:\n    kalman: {s1_noise: 3.0}\n")
+    found = baselines_of(str(path))
+    assert found is not None
+    assert found.kalman.s1_noise == 3.0
+    path.write_text("baselines:\n  ros__parameters:\n    kalman: {s1_noise: -3.0}\n")
+    with pytest.raises(ParameterError, match=r"kalman\.s1_noise: got -3\.0"):
+        baselines_of(str(path))
+
+
+def test_fields_and_topics_are_passed_on(bag: Path, tmp_path: Path) -> None:
+    path = tmp_path / "score.json"
+    arguments = [str(bag), "--estimate", "/s1", "--field", "truth=point.y", "--json", str(path)]
+    assert main([*arguments, "--start", "1", "--end", "2"]) == 0
+    document = json.loads(path.read_text())
+    assert (document["of"], document["span_s"][0]) == (100, 1.0)
+    assert document["estimators"]["estimate"] == document["estimators"]["s1"]
+    assert document["estimators"]["s1"]["bias"] > 1.0  # point.y is 0
+
+
+def test_what_was_left_out_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scalars = swing(1.0)
+    bag = write_scalars(
+        tmp_path / "bag", [*scalars, scalars[-1]._replace(value=float("nan"), time_s=1.0)]
+    )
+    assert main([str(bag)]) == 0
+    assert "/estimate: 1 left out, value is not finite" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        ([], "the following arguments are required: BAG"),
+        (["nothing"], "'nothing' does not exist"),
+        (["BAG", "--truth", "/gps"], "has no topic '/gps'; it has /estimate"),
+        (["BAG", "--field", "s1=data"], "choose one of: point.x"),
+        (["BAG", "--start", "9"], "it has no message in this span"),
+        (["BAG", "--baseline", "none.json"], "'none.json' cannot be read"),
+        (["BAG", "--params", "none.yaml"], "'none.yaml': cannot be read"),
+        (["BAG", "--plot", "plot.xyz"], "no format that is known"),
+        (["BAG", "--tolerance", "-1"], "--tolerance: got '-1'"),
+        (["BAG", "--json", "/proc/none/a.json"], "cannot be written"),
+    ],
+)
+def test_what_cannot_be_used_is_one_line_and_status_2(
+    bag: Path, arguments: list[str], problem: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([each.replace("BAG", str(bag)) for each in arguments]) == 2
+    said = capsys.readouterr().err
+    assert problem in said
+    assert said.startswith("score: ")
+    assert said.count("\n") == 1
+
+
+def test_no_match_is_status_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    apart = [
+        each._replace(log_s=each.time_s, time_s=each.time_s - 100.0 * (each.topic == "/truth"))
+        for each in swing(1.0)
+    ]
+    assert main([str(write_scalars(tmp_path / "bag", apart))]) == 2
+    said = capsys.readouterr().err
+    assert "matched 0 of 100 estimates" in said
+    assert said.count("\n") == 1
