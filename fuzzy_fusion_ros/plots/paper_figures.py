@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patheffects import AbstractPathEffect, withStroke
-from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
-from numpy.typing import NDArray
 
-from fuzzy_fusion_ros.plots.style import COLOURS, NAMES, new_figure
-from fuzzy_fusion_ros.scoring.findings import SYMBOLS
+from fuzzy_fusion_ros.plots.canvas import Canvas, canvas, outlined, put_legend, put_title
+from fuzzy_fusion_ros.plots.style import COLOURS
+from fuzzy_fusion_ros.plots.sweep_figures import draw_sweep
 from fuzzy_fusion_ros.scoring.paper_tables import RESPONSES, SWEPT, Table
 from fuzzy_fusion_ros.simulation.scenario import Scenario
-from fuzzy_fusion_ros.simulation.sweep import NOMINAL, SWEEPS
-
-Reals = NDArray[Any]
 
 START = (0.0, 3.0)
 """Span of the panel that shows the start, seconds."""
@@ -35,36 +29,6 @@ SENSORS = {
     "complete": "aggregator and predictor",
 }
 """What each response is controlled on."""
-
-QUANTITIES = {"iae": ("IAE", "rad s"), "itae": ("ITAE", "rad s²")}
-SWEPT_NAMES = {
-    "tau2": "time constant of S2",
-    "sigma1": "standard deviation of S1's noise",
-    "bias1": "bias of S1",
-}
-
-MARKERS = {
-    "ideal": "",
-    "s1": "x",
-    "s2": "s",
-    "average": "D",
-    "no_drift": "v",
-    "aggregator": "^",
-    "complete": "o",
-    "complementary": "P",
-    "kalman": "*",
-}
-PAPERS = ("s2", "average", "complete")
-"""The methods that the paper's sweeps show; the others are drawn lighter."""
-
-LABELS = {
-    **NAMES,
-    "complete": "fusion: aggregator and predictor",
-    "kalman": "Kalman filter that knows the plant",
-}
-
-OUTLINE = {COLOURS["no_drift"]: "#6E6600"}
-"""Pale colours get an outline of this colour."""
 
 
 class Line(NamedTuple):
@@ -84,7 +48,7 @@ def draw(number: int, table: Table) -> Figure:
         table: What it shows, from :func:`fuzzy_fusion_ros.scoring.paper_tables.table_of`.
     """
     if number in SWEPT:
-        return _sweep(number, table)
+        return draw_sweep(number, table)
     if number in RESPONSES:
         return _response(number, table)
     return {12: _weight, 13: _drift, 14: _sensors, 15: _estimate, 17: _prediction}[number](table)
@@ -99,24 +63,21 @@ def _response(number: int, table: Table) -> Figure:
         text += f", ideal sensor {_iae(table, 'ideal_rad'):.2g} rad s"
     title = f"Fig. {number}: the pendulum, balanced on {SENSORS[method]}"
     reach = USUAL_REACH if np.max(np.abs(table["angle_rad"])) <= USUAL_REACH else None
-    figure, _ = _over_time(title, text, "angle, rad", table, lines, reach)
-    return figure
+    return _over_time(title, text, "angle, rad", table, lines, reach).figure
 
 
 def _weight(table: Table) -> Figure:
     lines = {"weight_1": Line("W1", COLOURS["aggregator"], 0.9)}
     text = f"mean {np.mean(table['weight_1']):.2g}, largest {np.max(table['weight_1']):.2g}"
     title = "Fig. 12: W1, the weight of S1, rises while the signal moves"
-    figure, _ = _over_time(title, text, "weight", table, lines)
-    return figure
+    return _over_time(title, text, "weight", table, lines).figure
 
 
 def _drift(table: Table) -> Figure:
     lines = {"added_rad": Line("drift, signed", COLOURS["aggregator"], 0.9)}
     text = f"largest {np.max(table['drift_rad']):.2g} rad"
     title = "Fig. 13: drift, added in the direction in which S2 moves"
-    figure, _ = _over_time(title, text, "drift, rad", table, lines)
-    return figure
+    return _over_time(title, text, "drift, rad", table, lines).figure
 
 
 def _sensors(table: Table) -> Figure:
@@ -131,8 +92,7 @@ def _sensors(table: Table) -> Figure:
         f"{np.std(errors['s1_rad']):.2g} rad from sample to sample; S2 lags"
     )
     title = "Fig. 14: the signal and both sensors"
-    figure, _ = _over_time(title, text, "angle, rad", table, lines)
-    return figure
+    return _over_time(title, text, "angle, rad", table, lines).figure
 
 
 def _estimate(table: Table) -> Figure:
@@ -143,8 +103,7 @@ def _estimate(table: Table) -> Figure:
     error = table["estimate_rad"] - table["angle_rad"]
     text = f"RMS error {np.sqrt(np.mean(error * error)):.2g} rad"
     title = "Fig. 15: the signal and the aggregator's estimate"
-    figure, _ = _over_time(title, text, "angle, rad", table, lines)
-    return figure
+    return _over_time(title, text, "angle, rad", table, lines).figure
 
 
 def _prediction(table: Table) -> Figure:
@@ -157,8 +116,8 @@ def _prediction(table: Table) -> Figure:
     share = np.mean(rejected)
     text = f"the gate rejects {share:.1%} of the predictions"
     title = "Fig. 17: what the predictor says, and where the gate rejects it"
-    figure, panels = _over_time(title, text, "angle, rad", table, lines)
-    for axes in panels:
+    on = _over_time(title, text, "angle, rad", table, lines)
+    for axes in on.panels:
         low, high = axes.get_xlim()
         t = table["time_s"][rejected]
         inside = t[(t >= low) & (t < high)]
@@ -172,8 +131,8 @@ def _prediction(table: Table) -> Figure:
             transform=axes.get_xaxis_transform(),
             label="rejected by the gate",
         )
-    _legend(figure, panels[0])
-    return figure
+    put_legend(on, 5)
+    return on.figure
 
 
 def _over_time(
@@ -183,10 +142,11 @@ def _over_time(
     table: Table,
     lines: dict[str, Line],
     reach: float | None = None,
-) -> tuple[Figure, list[Axes]]:
+) -> Canvas:
     """Draw columns over the whole run and, closer, at the start and around the disturbance."""
     push = Scenario().disturbance
-    figure, panels = _mosaic("AA;BC", 580)
+    on = canvas("AA;BC;LL", (10.0, 10.0, 1.0), 580)
+    panels = on.panels
     t = table["time_s"]
     spans = (float(t[0]), float(t[-1])), START, (push.start - 0.5, push.end + 2.4)
     for axes, (low, high) in zip(panels, spans, strict=True):
@@ -199,7 +159,7 @@ def _over_time(
                 color=line.colour,
                 linewidth=line.width,
                 label=line.label,
-                path_effects=_outline(line.colour, line.width),
+                path_effects=outlined(line.colour, line.width),
             )
         axes.axvspan(push.start, push.end, color="#F5C0A0", linewidth=0, label="push on the cart")
         axes.set_xlim(low, high)
@@ -209,81 +169,9 @@ def _over_time(
     panels[2].set_title("around the push")
     if reach is not None:
         panels[0].set_ylim(-reach, reach)
-    _legend(figure, panels[0])
-    _title(figure, title, text)
-    return figure, panels
-
-
-def _sweep(number: int, table: Table) -> Figure:
-    swept, quantity = SWEPT[number]
-    figure, (axes,) = new_figure(height_px=620)
-    for method in dict.fromkeys(table["method"].tolist()):
-        _sweep_line(axes, method, swept, table)
-    unit = SYMBOLS[swept][1]
-    name, of = QUANTITIES[quantity]
-    axes.axvline(getattr(NOMINAL, swept), color="#BBBBBB", linestyle=":", zorder=0)
-    axes.set_yscale("log")
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axes.yaxis.set_minor_formatter(NullFormatter())
-    axes.set_xticks(SWEEPS[swept])
-    axes.set_xlabel(f"{SWEPT_NAMES[swept]}, {unit} (dotted: nominal)")
-    axes.set_ylabel(f"{name}, {of}")
-    figure.legend(loc="outside lower center", ncols=3)
-    runs = int(table["runs"][0])
-    title = f"Fig. {number}: {name} over the {SWEPT_NAMES[swept]}, parameters unchanged"
-    text = f"mean and 95 % interval of {runs} runs a point"
-    if np.any(table["fell"]):
-        text += "; hollow: the pendulum fell"
-    _title(figure, title, text)
-    return figure
-
-
-def _sweep_line(axes: Axes, method: str, swept: str, table: Table) -> None:
-    mine = table["method"] == method
-    x, mean, low, high, fell = (table[n][mine] for n in (swept, "mean", "low", "high", "fell"))
-    colour = COLOURS[method]
-    if method == "ideal":
-        axes.plot(x, mean, "--", color=colour, linewidth=0.9, label=LABELS[method])
-        return
-    width = 2.2 if method in PAPERS else 1.1
-    axes.errorbar(
-        x,
-        mean,
-        yerr=np.array([mean - low, high - mean]),
-        color=colour,
-        marker=MARKERS[method],
-        markersize=7,
-        linewidth=width,
-        path_effects=_outline(colour, width),
-        capsize=3,
-        label=LABELS[method],
-        zorder=3 if method in PAPERS else 2,
-    )
-    some = fell > 0
-    axes.plot(x[some], mean[some], MARKERS[method], color=colour, mfc="white", ms=7, zorder=4)
-
-
-def _mosaic(layout: str, height_px: int) -> tuple[Figure, list[Axes]]:
-    figure, (whole,) = new_figure(height_px=height_px)
-    whole.remove()
-    return figure, list(figure.subplot_mosaic(layout).values())
-
-
-def _outline(colour: str, width: float) -> list[AbstractPathEffect]:
-    if colour not in OUTLINE:
-        return []
-    return [withStroke(linewidth=width + 1.0, foreground=OUTLINE[colour])]
-
-
-def _title(figure: Figure, title: str, text: str) -> None:
-    figure.suptitle(f"{title}\n{text}", x=0.01, ha="left", fontsize=12)
-
-
-def _legend(figure: Figure, axes: Axes) -> None:
-    for old in figure.legends:
-        old.remove()
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=5)
+    put_legend(on, 5)
+    put_title(on, title, text)
+    return on
 
 
 def _iae(table: Table, column: str) -> float:
