@@ -86,6 +86,9 @@ class McapFile:
             names: The topics; None for all.
             start_ns: Log times begin here, ns.
             stop_ns: Log times end before this, ns.
+
+        Raises:
+            BagError: The file was closed in between.
         """
         wanted = {
             channel: (topic.name, topic.msgtype)
@@ -127,6 +130,8 @@ class McapFile:
 
     def _load(self, segment: Segment) -> Run:
         """Return what is whole in a segment."""
+        if self._file.closed:
+            raise BagError(f"{self._file.name!r} was closed while it was being read")
         try:
             data = read_at(self._file, segment.offset, segment.length)
             if segment.is_chunk:

@@ -82,6 +82,9 @@ class SqliteFile:
             names: The topics; None for all.
             start_ns: Log times begin here, ns.
             stop_ns: Log times end before this, ns.
+
+        Raises:
+            BagError: The file was closed in between.
         """
         wanted = {
             number: (topic.name, topic.msgtype)
@@ -102,6 +105,8 @@ class SqliteFile:
                 reached = log_ns
                 name, msgtype = wanted[number]
                 yield BagMessage(name, msgtype, log_ns, data)
+        except sqlite3.ProgrammingError as error:
+            raise BagError("a sqlite3 file was closed while it was being read") from error
         except _DAMAGE as error:
             self._note(f"messages from log time {reached} ns on are lost ({error})")
 

@@ -55,11 +55,16 @@ def find_files(path: Path, problems: Problems) -> tuple[list[Path], Metadata | N
     Raises:
         BagError: There is no storage file.
     """
-    if not path.exists():
-        raise BagError(f"bag {str(path)!r} does not exist: name a rosbag2 directory or a .mcap")
-    if path.is_file():
-        return [path], None
-    present = sorted(filter(_is_storage, path.iterdir()), key=_natural)
+    try:
+        if path.is_file():
+            return [path], None
+        present = sorted(filter(_is_storage, path.iterdir()), key=_natural)
+    except FileNotFoundError:
+        raise BagError(
+            f"bag {str(path)!r} does not exist: name a rosbag2 directory or a .mcap"
+        ) from None
+    except (OSError, ValueError) as error:
+        raise BagError(f"bag {str(path)!r} cannot be read: {error}") from error
     metadata = None
     try:
         metadata = read_metadata(path)

@@ -47,7 +47,7 @@ class BagWriter:
                 raise BagError(f"bag {str(path)!r} exists: name a new directory or remove it")
             self._file_name = f"{self.path.resolve().name}_0.mcap"
             self._file = McapWriter(self.path / self._file_name)
-        except OSError as error:
+        except (OSError, ValueError) as error:
             raise self._refusal(error) from error
         try:
             self._write_metadata()
@@ -189,8 +189,8 @@ class BagWriter:
         ]
         return describe_bag(self._file_name, topics, *self._file.span_ns)
 
-    def _refusal(self, error: OSError) -> BagError:
+    def _refusal(self, error: Exception) -> BagError:
         return BagError(
-            f"bag {str(self.path)!r} cannot be written: {error.strerror or error}; "
+            f"bag {str(self.path)!r} cannot be written: {getattr(error, 'strerror', error)}; "
             "what was written before stays readable"
         )

@@ -10,8 +10,13 @@ from pathlib import Path
 
 import pytest
 from bag.making import (
+    BEGIN_NS,
+    FLOAT,
+    POINT,
     McapOptions,
     chunk_ends,
+    definition_text,
+    float_data,
     points,
     salvage_by_mcap,
     write_bag,
@@ -23,8 +28,8 @@ from hypothesis import strategies as st
 from mcap.writer import CompressionType
 from rosbags.rosbag2 import StoragePlugin
 
-from fuzzy_fusion_ros.bag import BagMessage, open_bag
-from fuzzy_fusion_ros.core.errors import BagError, FusionError
+from fuzzy_fusion_ros.bag import BagMessage, BagWriter, Definition, open_bag
+from fuzzy_fusion_ros.core.errors import BagError, FusionError, MessageError
 
 PER_CHUNK = 101  # ours are written as soon as they span a second
 MESSAGES = points(4 * PER_CHUNK, ["/s1", "/s2", "/s1"])
@@ -229,6 +234,32 @@ def test_a_file_whose_begin_is_gone_is_read_from_the_first_chunk(
     messages, problems = read(tmp_path / "bag.mcap", whole[20:])
     assert messages == MESSAGES
     assert any("it does not begin as an MCAP file" in each for each in problems)
+
+
+@pytest.mark.parametrize("swap", ["ids", "texts"])
+def test_swapped_definitions_are_errors_of_messages_and_copies_stay_right(
+    tmp_path: Path, swap: str
+) -> None:
+    """What the bag says about its types is wrong: nothing can tell which of both is right."""
+    messages = [
+        *points(3),
+        *(BagMessage("/x", FLOAT, BEGIN_NS + 10**9 + at, float_data(at)) for at in range(3)),
+    ]
+    definitions = {each: Definition("ros2msg", definition_text(each)) for each in (POINT, FLOAT)}
+    with BagWriter(tmp_path / "bag") as writer:
+        for name, msgtype, other in (("/s1", POINT, FLOAT), ("/x", FLOAT, POINT)):
+            written = other if swap == "ids" else msgtype
+            writer.add_topic(name, written, definition=definitions[other])
+        for message in messages:
+            msgtype = {POINT: FLOAT, FLOAT: POINT}[message.msgtype]
+            message = message._replace(msgtype=msgtype) if swap == "ids" else message
+            writer.write(*message)
+    with open_bag(tmp_path / "bag") as bag:
+        found = list(bag.messages())
+        assert [each.data for each in found] == [each.data for each in messages]
+        for message in found:
+            with pytest.raises(MessageError, match="a message is no"):
+                bag.decode(message)
 
 
 def test_many_problems_are_not_all_told(tmp_path: Path) -> None:

@@ -28,7 +28,7 @@ from hypothesis import strategies as st
 from mcap.writer import CompressionType, IndexType
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
-from fuzzy_fusion_ros.bag import BagMessage, open_bag
+from fuzzy_fusion_ros.bag import BagMessage, BagWriter, open_bag
 from fuzzy_fusion_ros.core.errors import BagError
 
 Write = Callable[[Path, list[BagMessage]], Path]
@@ -316,6 +316,29 @@ def test_a_closed_bag_says_so(tmp_path: Path) -> None:
     bag.close()
     with pytest.raises(BagError, match="is closed: open it again"):
         bag.messages()
+
+
+@pytest.mark.parametrize("writer", ["our file", "rosbags, sqlite3"])
+def test_a_bag_that_is_closed_while_it_is_read_says_so(tmp_path: Path, writer: str) -> None:
+    bag = open_bag(WRITERS[writer](tmp_path / "bag", points(300)))
+    messages = bag.messages()
+    next(messages)
+    bag.close()
+    with pytest.raises(BagError, match="was closed while it was being read"):
+        list(messages)
+
+
+@pytest.mark.parametrize("name", ["x" * 5000, "a\0b"])
+def test_a_name_that_no_file_can_have_is_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(BagError, match=r"cannot be read|does not exist"):
+        open_bag(tmp_path / name)
+    with pytest.raises(BagError, match="cannot be written"):
+        BagWriter(tmp_path / name)
+
+
+def test_a_device_is_no_bag() -> None:
+    with pytest.raises(BagError, match=r"'/dev/null' cannot be read: .*Not a directory"):
+        open_bag("/dev/null")
 
 
 @pytest.mark.parametrize("name", ["metadata.yaml", "bag_0.mcap"])
