@@ -69,9 +69,9 @@ def _jit() -> Callable[[Any], Any]:
     """Return numba's compiler, set to keep its work, or the identity where it is missing."""
     if importlib.util.find_spec("numba") is None:
         return lambda function: function
-    os.environ.setdefault("NUMBA_CACHE_DIR", str(_cache_directory()))
     import numba  # costs start-up time that only long runs win back
 
+    numba.config.CACHE_DIR = os.environ.get("NUMBA_CACHE_DIR") or str(_cache_directory())
     jit: Callable[[Any], Any] = numba.njit(nogil=True, cache=True)
     return jit
 

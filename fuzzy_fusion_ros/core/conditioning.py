@@ -59,11 +59,14 @@ class Bias(NamedTuple):
     learnt: float
 
 
+NO_BIAS = Bias(samples=0, stamp_ns=0, value=0.0, slope=0.0, learnt=0.0)
+
+
 class Conditioned(NamedTuple):
     """S1 as the aggregator sees it, and what conditioning keeps.
 
     Attributes:
-        samples: S1 samples since the start.
+        samples: S1 samples conditioned since the last start.
         stamp_ns: Stamp of the newest.
         smooth: S1 behind spike rejection and low-pass.
         lagged: S1 behind the model of S2's lag, unit of the signal.
@@ -89,7 +92,7 @@ def unconditioned() -> Conditioned:
         smooth=Smooth(accepted=0.0, rejected=0, value=0.0, slope=0.0),
         lagged=0.0,
         line=empty_line(),
-        bias=Bias(samples=0, stamp_ns=0, value=0.0, slope=0.0, learnt=0.0),
+        bias=NO_BIAS,
         value=0.0,
     )
 
@@ -124,13 +127,14 @@ def condition(
     smooth = Smooth(accepted=s1, rejected=0, value=s1, slope=0.0)
     lagged = s1
     line = kept.line
-    bias = kept.bias
+    bias = NO_BIAS
     continues = kept.samples > 0 and dt <= s1_parameters.timeout
     if continues:
         clean, rejected = reject_spike(s1_parameters.spike_threshold, kept.smooth, s1)
         smooth = low_pass(s1_parameters, kept.smooth, clean, rejected, dt)
         lagged = kept.lagged + lag_gain(dt, s2_parameters.lag_time_constant) * (clean - kept.lagged)
     if s1_parameters.bias_time_constant > 0.0:
+        bias = kept.bias
         if not continues:
             line = empty_line()
         if s2.samples > 0 and s2.stamp_ns != bias.stamp_ns:
@@ -160,10 +164,8 @@ def is_off(parameters: FastSensorParameters) -> bool:
 
 
 def passed_through(kept: Conditioned, stamp_ns: int, s1: float) -> Conditioned:
-    """Return a sample of S1 as it is."""
-    return Conditioned(
-        kept.samples + 1, stamp_ns, kept.smooth, kept.lagged, kept.line, kept.bias, s1
-    )
+    """Return a sample of S1 as it is; conditioning starts anew when it is switched on."""
+    return Conditioned(0, stamp_ns, kept.smooth, kept.lagged, kept.line, NO_BIAS, s1)
 
 
 def reject_spike(threshold: float, kept: Smooth, s1: float) -> tuple[float, int]:

@@ -46,7 +46,9 @@ class Drifts(Group):
     """Table 1, drift: what is added in the direction of the signal's motion."""
 
     small: float = real(0.0, "drift under every other rule", unit="signal")
-    large: float = real(0.08, "drift when the difference is small and the rate large", unit="signal")
+    large: float = real(
+        0.08, "drift when the difference is small and the rate large", unit="signal"
+    )
 
 
 @dataclass(frozen=True)

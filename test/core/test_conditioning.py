@@ -61,11 +61,15 @@ def test_by_default_s1_passes_bit_for_bit(s1: list[float]) -> None:
 
 
 def test_samples_are_counted_with_their_stamps() -> None:
-    for parameters in (FastSensorParameters(), FastSensorParameters(lowpass_time_constant=0.1)):
+    """None are while all steps are off, so that conditioning starts anew when one is on."""
+    for parameters, counts in (
+        (FastSensorParameters(), (0, 0)),
+        (FastSensorParameters(lowpass_time_constant=0.1), (1, 2)),
+    ):
         said = conditioned(parameters, [0.1, 0.2])
         assert [(each.samples, each.stamp_ns) for each in said] == [
-            (1, SECOND),
-            (2, SECOND + STEP),
+            (counts[0], SECOND),
+            (counts[1], SECOND + STEP),
         ]
 
 

@@ -89,7 +89,6 @@ def test_a_rejected_change_leaves_everything_as_it_was() -> None:
     assert first + feed(fusion, start=100) == feed(Fusion(PLAIN))
 
 
-@pytest.mark.xfail(reason="conditioning takes up what it kept, however long ago")
 @pytest.mark.parametrize(
     "change",
     [
@@ -112,7 +111,6 @@ def test_conditioning_switched_on_starts_from_the_signal(change: dict[str, objec
         assert fused.estimate.aggregate.strengths.small_small == pytest.approx(1.0)
 
 
-@pytest.mark.xfail(reason="the bias last learnt goes on being taken off")
 def test_a_bias_switched_off_is_taken_off_no_more() -> None:
     learning = replace(PLAIN, {"s1.bias_time_constant": 1.0, "s1.lowpass_time_constant": 0.01})
     fusion = Fusion(learning)
