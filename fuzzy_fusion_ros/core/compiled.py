@@ -71,7 +71,8 @@ def _jit() -> Callable[[Any], Any]:
         return lambda function: function
     import numba  # costs start-up time that only long runs win back
 
-    numba.config.CACHE_DIR = os.environ.get("NUMBA_CACHE_DIR") or str(_cache_directory())
+    settings: Any = numba.config  # read from the environment when numba was first imported
+    settings.CACHE_DIR = os.environ.get("NUMBA_CACHE_DIR") or str(_cache_directory())
     jit: Callable[[Any], Any] = numba.njit(nogil=True, cache=True)
     return jit
 
