@@ -141,6 +141,7 @@ def test_claims_are_made_only_where_their_runs_are() -> None:
     with_bias = Results(outcomes(points=points_of(["bias1"])))
     assert {claim.figure for claim in claims(with_bias, range(18, 24))} == {22, 23}
     assert claims(nominal, [12]) == []
+    assert claims(Results([]), FIGURES) == targets(Results([]), FIGURES) == []
 
 
 def test_all_targets_are_met_where_all_is_well() -> None:

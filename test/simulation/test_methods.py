@@ -46,6 +46,16 @@ def test_constant_weights_are_exact() -> None:
     assert average.trace.value == pytest.approx(0.5 * (average.s1 + average.s2), abs=1e-15)
 
 
+@pytest.mark.parametrize("name", METHODS)
+def test_stepped_one_by_one_they_say_what_the_compiled_loop_says(name: str) -> None:
+    method, run = BY_NAME[name].method, brief_run(name)
+    state = method.state
+    for k, stamp_ns in enumerate(run.stamps_ns.tolist()):
+        state = method.observe_s2(method.parameters, state, stamp_ns, run.s2[k])
+        estimate, state = method.update(method.parameters, state, stamp_ns, run.s1[k])
+        assert estimate.value == run.trace.value[k]
+
+
 def test_drift_and_predictor_are_on_where_the_names_say() -> None:
     assert not brief_run("no_drift").trace.drift.any()
     for name in ("aggregator", "complete"):
