@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import functools
 import importlib.util
-import os
 import threading
 from pathlib import Path
 from typing import Any
 
+import numba
 import pytest
 
 from fuzzy_fusion_ros.core import compiled as module
@@ -129,15 +129,16 @@ def test_work_is_kept_by_the_sources_that_went_in(
 def test_a_cache_directory_of_the_users_choice_stands(
     monkeypatch: pytest.MonkeyPatch, fresh: None, tmp_path: Path
 ) -> None:
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     module._jit()
-    assert os.environ["NUMBA_CACHE_DIR"] == str(tmp_path)
+    assert str(tmp_path) == numba.config.CACHE_DIR
 
 
 def test_a_cache_directory_is_set_where_there_was_none(
     monkeypatch: pytest.MonkeyPatch, fresh: None
 ) -> None:
-    monkeypatch.setenv("NUMBA_CACHE_DIR", "")
-    monkeypatch.delenv("NUMBA_CACHE_DIR")
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     module._jit()
-    assert os.environ["NUMBA_CACHE_DIR"] == str(module._cache_directory())
+    assert str(module._cache_directory()) == numba.config.CACHE_DIR
