@@ -1,0 +1,159 @@
+"""The baselines, fitted by the same optimiser to the same target as ours."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+
+from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, Knob, baselines_for
+from fuzzy_fusion_ros.core.parameter_tree import Value, flatten, replace
+from fuzzy_fusion_ros.core.series import Method, Reals, Series, run
+from fuzzy_fusion_ros.tuning.characterise import root_mean_square
+from fuzzy_fusion_ros.tuning.fit import Flags
+from fuzzy_fusion_ros.tuning.search import Found, Pool, Progress, Search
+from fuzzy_fusion_ros.tuning.space import Axis, Space
+
+STARTS = MappingProxyType({0: (0.0,), 1: (0.0,), 2: (0.0, 0.15, -0.15), 3: (0.0, 0.15, -0.15)})
+"""How far from the derived parameters the fits start, in units of the cube, by parameters moved."""
+
+EVALUATIONS = MappingProxyType({0: 1, 1: 120, 2: 160, 3: 300})
+"""Evaluations of each of them, by the number of parameters moved."""
+
+_SPREAD = 0.15
+
+_LOWEST = 1e-12
+"""A logarithmic axis must not begin at 0."""
+
+
+class FittedBaselines(NamedTuple):
+    """The baselines, fitted.
+
+    Attributes:
+        parameters: Of all of them.
+        fitted: Root mean square error of each by its name, unit of the signal.
+    """
+
+    parameters: BaselineParameters
+    fitted: Mapping[str, float]
+
+
+class _Attempt(NamedTuple):
+    """One run of the optimiser for one baseline.
+
+    Attributes:
+        name: The baseline.
+        parameters: Of all baselines, with its switches set.
+        space: What is moved.
+        shift: How far from the derived parameters it starts.
+        number: Its place among the attempts, for the seed.
+    """
+
+    name: str
+    parameters: BaselineParameters
+    space: Space
+    shift: float
+    number: int
+
+    def at(self, point: Reals) -> BaselineParameters:
+        """Return the parameters at a point."""
+        return replace(self.parameters, self.space.values(point))
+
+
+def fit_baselines(
+    series: Series,
+    target: Reals,
+    counted: Flags,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Progress = lambda done, of: None,
+) -> FittedBaselines:
+    """Fit every baseline to a target, begun where :func:`baselines_for` derives it.
+
+    Args:
+        series: The recording.
+        target: The truth, or a reference in its place, at each S1 sample, shape (n,).
+        counted: Where it counts, shape (n,); nowhere before S2 has spoken.
+        seed: Seed of the optimiser.
+        threads: How many fits run at a time; one for each processor unless given.
+        progress: Told how far it is.
+    """
+    warm_up(series)
+    with Pool(threads, progress, planned(series)) as pool:
+        return fit_baselines_in(pool, series, target, counted, seed)
+
+
+def planned(series: Series) -> int:
+    """Return how many evaluations the fits take at most."""
+    return sum(EVALUATIONS[len(each.space.axes)] for each in _attempts(baselines_for(series)))
+
+
+def warm_up(series: Series) -> None:
+    """Compile every baseline, in this thread, so that none waits for another."""
+    short = Series(
+        series.s1_ns[:2], series.s1[:2], series.s2_ns, series.s2, np.minimum(series.s2_known[:2], 1)
+    )
+    for baseline in BASELINES.values():
+        run(baseline.method(BaselineParameters()), short)
+
+
+def fit_baselines_in(
+    pool: Pool, series: Series, target: Reals, counted: Flags, seed: int
+) -> FittedBaselines:
+    """Fit every baseline in threads that are there already; as :func:`fit_baselines`."""
+    attempts = list(_attempts(baselines_for(series)))
+
+    def cost_of(attempt: _Attempt) -> Callable[[Reals], float]:
+        baseline = BASELINES[attempt.name]
+
+        def cost(point: Reals) -> float:
+            return _misfit(baseline.method(attempt.at(point)), series, target, counted)
+
+        return cost
+
+    found = pool.run(
+        [
+            Search(
+                cost_of(each),
+                np.clip(each.space.point({}) + each.shift, 0.0, 1.0),
+                _SPREAD,
+                EVALUATIONS[len(each.space.axes)],
+                (seed, 2, each.number),
+            )
+            for each in attempts
+        ]
+    )
+    best: dict[str, tuple[Found, _Attempt]] = {}
+    for fit, attempt in zip(found, attempts, strict=True):
+        if attempt.name not in best or fit.cost < best[attempt.name][0].cost:
+            best[attempt.name] = fit, attempt
+    parameters = baselines_for(series)
+    for name, (fit, attempt) in best.items():
+        switched = flatten(attempt.parameters)
+        switches = {each: switched[each] for each in BASELINES[name].switches}
+        parameters = replace(parameters, {**switches, **attempt.space.values(fit.point)})
+    return FittedBaselines(parameters, {name: fit.cost for name, (fit, _) in best.items()})
+
+
+def _attempts(derived: BaselineParameters) -> Iterator[_Attempt]:
+    """Yield the starts for every baseline, with every combination of its switches."""
+    number = 0
+    for name, baseline in BASELINES.items():
+        for states in itertools.product((False, True), repeat=len(baseline.switches)):
+            switched = replace(derived, dict(zip(baseline.switches, states, strict=True)))
+            axes = [_axis(each, flatten(derived)) for each in baseline.knobs(derived)]
+            for shift in STARTS[len(axes)]:
+                yield _Attempt(name, switched, Space(axes, {}), shift, number)
+                number += 1
+
+
+def _axis(knob: Knob, values: Mapping[str, Value]) -> Axis:
+    low = max(knob.low, _LOWEST) if knob.logarithmic else knob.low
+    return Axis(knob.name, low, knob.high, float(values[knob.name]), knob.logarithmic)
+
+
+def _misfit(method: Method, series: Series, target: Reals, counted: Flags) -> float:
+    return root_mean_square(run(method, series).value[counted] - target[counted])

@@ -1,0 +1,9 @@
+"""What a recording can lack."""
+
+from __future__ import annotations
+
+from fuzzy_fusion_ros.core.errors import FusionError
+
+
+class TuneError(FusionError):
+    """Nothing can be fitted to this recording."""

@@ -1,0 +1,153 @@
+"""What a fit found, in words, as comments of the parameter file, and as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from fuzzy_fusion_ros.core.parameter_tree import flatten
+from fuzzy_fusion_ros.tuning.characterise import Characteristics
+from fuzzy_fusion_ros.tuning.settings import LOST_AFTER
+from fuzzy_fusion_ros.tuning.tune import Tuned
+
+TRUSTED = 0.5
+"""From this correlation on the lag is more than a guess."""
+
+
+def described(found: Characteristics, unit: str) -> list[str]:
+    """Return what the sensors are like, one line each.
+
+    Args:
+        found: What they are like.
+        unit: Unit of the signal, ``""`` where it is not known.
+    """
+    u = f" {unit}" if unit else ""
+    per_s = f" {unit}/s" if unit and "/" not in unit else f" ({unit})/s" if unit else " a second"
+    return [
+        f"S1: {1.0 / found.s1_interval:.3g} Hz, white noise of {found.s1_noise:.3g}{u} (standard "
+        f"deviation), {_spikes(found)}",
+        f"S2: {1.0 / found.s2_interval:.3g} Hz{_gap(found)}; it changes by {found.rate:.3g}{per_s} "
+        "(root mean square)",
+        f"S2 lags {found.lag.total:.2g} s behind S1: a delay of {found.lag.delay:.2g} s, then a "
+        f"time constant of {found.lag.time_constant:.2g} s{_trust(found)}",
+        f"S1 is off by {found.bias:+.3g}{u} on the average, which drifts by "
+        f"{found.drift:+.2g}{per_s} and wanders by {found.wander:.3g}{u} about that",
+        f"S1 and S2 are typically {found.difference:.3g}{u} apart",
+    ]
+
+
+def ladder_lines(tuned: Tuned, unit: str) -> list[str]:
+    """Return the ladder and the baselines as the lines of a table.
+
+    Args:
+        tuned: What came out.
+        unit: Unit of the signal, ``""`` where it is not known.
+    """
+    against = "truth" if tuned.with_truth else "reference made from both sensors"
+    head = f"RMSE{f' in {unit}' if unit else ''} against the {against}:"
+    rows = [("setting", "fitted", "unseen", "")]
+    rows += [
+        (
+            each.name,
+            f"{each.fitted:.4g}",
+            f"{each.unseen:.4g}",
+            each.text + (" <- taken" if each.name == tuned.chosen else ""),
+        )
+        for each in tuned.steps
+    ]
+    rows += [
+        (name, f"{error:.4g}", "", "baseline, fitted alike")
+        for name, error in tuned.baseline_errors.items()
+        if name not in {"s1", "s2"}
+    ]
+    widths = [max(len(row[k]) for row in rows) for k in range(3)]
+    return [head] + [
+        f"  {a:<{widths[0]}}  {b:>{widths[1]}}  {c:>{widths[2]}}  {d}".rstrip()
+        for a, b, c, d in rows
+    ]
+
+
+def outcome(tuned: Tuned, unit: str) -> str:
+    """Return in a line what the fit has gained.
+
+    Args:
+        tuned: What came out.
+        unit: Unit of the signal, ``""`` where it is not known.
+    """
+    u = f" {unit}" if unit else ""
+    return (
+        f"RMSE {tuned.before_error:.4g}{u} before, {tuned.error:.4g}{u} after; "
+        f"S2 counts as lost after {tuned.parameters.s2.timeout:.3g} s"
+        + ("" if tuned.parameters.predictor.enabled else "; the predictor does not help here")
+    )
+
+
+def comments(tuned: Tuned, unit: str, origin: str) -> Iterator[str]:
+    """Yield the lines at the top of the parameter file.
+
+    Args:
+        tuned: What came out.
+        unit: Unit of the signal, ``""`` where it is not known.
+        origin: What was fitted to, in words.
+    """
+    yield f"Made by tune from {origin}."
+    yield ""
+    yield from described(tuned.found, unit)
+    yield ""
+    yield from ladder_lines(tuned, unit)
+    yield ""
+    yield outcome(tuned, unit)
+    yield f"s2.timeout is {LOST_AFTER:g} intervals of S2; then conditioned S1 goes on alone."
+    yield "The entry `baselines` is for score, which reads it from --params."
+
+
+def as_json(tuned: Tuned, unit: str) -> dict[str, Any]:
+    """Return what ``tune --json`` writes; an unknown unit is null.
+
+    Args:
+        tuned: What came out.
+        unit: Unit of the signal, ``""`` where it is not known.
+    """
+    found = tuned.found._asdict()
+    found["lag"] = tuned.found.lag._asdict()
+    return {
+        "unit": unit or None,
+        "with_truth": tuned.with_truth,
+        "samples": int(np.count_nonzero(tuned.counted)),
+        "characteristics": found,
+        "ladder": [
+            {"setting": each.name, "fitted_rmse": each.fitted, "unseen_rmse": each.unseen}
+            for each in tuned.steps
+        ],
+        "chosen": tuned.chosen,
+        "rmse_before": tuned.before_error,
+        "rmse_after": tuned.error,
+        "parameters": flatten(tuned.parameters),
+        "baselines": {
+            "rmse": tuned.baseline_errors,
+            "parameters": flatten(tuned.baselines),
+        },
+    }
+
+
+def _spikes(found: Characteristics) -> str:
+    if found.has_spikes:
+        return f"{100.0 * found.spike_share:.2g} % spikes, which are rejected"
+    return "no spikes"
+
+
+def _gap(found: Characteristics) -> str:
+    if found.s2_gap > LOST_AFTER * found.s2_interval:
+        return f", with gaps of up to {found.s2_gap:.3g} s"
+    return ""
+
+
+def _trust(found: Characteristics) -> str:
+    correlation = found.lag.correlation
+    if correlation < TRUSTED:
+        return (
+            f"; a guess: seen through it, S1 explains little of S2 (correlation {correlation:.2f})"
+        )
+    return f" (correlation of both, seen through it: {correlation:.2f})"

@@ -1,0 +1,147 @@
+"""The optimiser: scipy's differential evolution, begun around a point, many runs at a time.
+
+Each run has its own seed and all are answered in order, so results do not depend on how many
+threads there are.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from types import TracebackType
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import differential_evolution
+
+from fuzzy_fusion_ros.core.series import Reals
+
+MEMBERS = 20
+"""Points that differential evolution keeps."""
+
+CONVERGED = 1e-4
+"""It ends when costs of all of them are the same but for this share."""
+
+Progress = Callable[[int, int], None]
+"""Takes how many evaluations are done, and of how many."""
+
+
+class Search(NamedTuple):
+    """One run of the optimiser.
+
+    Attributes:
+        cost: What to make small, over points of the unit cube.
+        start: Where to begin, shape (d,).
+        spread: Standard deviation of the first points around it, in units of the cube.
+        evaluations: How often ``cost`` may be asked.
+        seed: Seed of this run.
+    """
+
+    cost: Callable[[Reals], float]
+    start: Reals
+    spread: float
+    evaluations: int
+    seed: tuple[int, ...]
+
+
+class Found(NamedTuple):
+    """The best that a run has found.
+
+    Attributes:
+        cost: Its cost.
+        point: Where it is, shape (d,), in the unit cube.
+    """
+
+    cost: float
+    point: Reals
+
+
+def minimise(search: Search) -> Found:
+    """Run the optimiser; never worse than the start."""
+    generator = np.random.default_rng(search.seed)
+    start = np.clip(search.start, 0.0, 1.0)
+    if start.size == 0 or search.evaluations < 2 * MEMBERS:
+        return Found(search.cost(start), start)
+    cloud = start + search.spread * generator.standard_normal((MEMBERS, start.size))
+    cloud[0] = start
+    best = differential_evolution(
+        search.cost,
+        [(0.0, 1.0)] * start.size,
+        init=np.clip(cloud, 0.0, 1.0),
+        maxiter=search.evaluations // MEMBERS - 1,
+        tol=CONVERGED,
+        polish=False,
+        seed=generator,
+    )
+    return Found(float(best.fun), np.asarray(best.x, np.float64))
+
+
+class Stopped(Exception):
+    """The search is to end now."""
+
+
+class Pool:
+    """Runs the optimiser in threads and tells how far it is; a context manager."""
+
+    def __init__(self, threads: int | None, progress: Progress, planned: int) -> None:
+        """Start the threads.
+
+        Args:
+            threads: How many; as many as there are processors to use, unless given.
+            progress: Told how far it is.
+            planned: Evaluations that all runs may take together.
+        """
+        self._executor = ThreadPoolExecutor(threads or usable_processors())
+        self._progress = progress
+        self._planned = planned
+        self._done = 0
+        self._lock = threading.Lock()
+        self._stop = threading.Event()
+
+    def __enter__(self) -> Pool:
+        """Return the pool itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """End the threads; at once after an error."""
+        self._stop.set()
+        self._executor.shutdown(cancel_futures=True)
+
+    def run(self, searches: Sequence[Search]) -> list[Found]:
+        """Run several searches, side by side; the answers are in their order."""
+        futures: list[Future[Found]] = [self._executor.submit(self._run, each) for each in searches]
+        return [each.result() for each in futures]
+
+    def _run(self, search: Search) -> Found:
+        asked = 0
+
+        def cost(point: Reals) -> float:
+            nonlocal asked
+            if self._stop.is_set():
+                raise Stopped
+            asked += 1
+            self._advance(1)
+            return search.cost(point)
+
+        found = minimise(search._replace(cost=cost))
+        self._advance(search.evaluations - asked)
+        return found
+
+    def _advance(self, evaluations: int) -> None:
+        with self._lock:
+            self._done += evaluations
+            self._progress(min(self._done, self._planned), self._planned)
+
+
+def usable_processors() -> int:
+    """Return how many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

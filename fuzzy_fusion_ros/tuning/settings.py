@@ -1,0 +1,160 @@
+"""The settings of the ladder, simplest first: which parameters each moves, and from where."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from fuzzy_fusion_ros.tuning.characterise import Characteristics
+from fuzzy_fusion_ros.tuning.fit import Setting
+from fuzzy_fusion_ros.tuning.space import (
+    NEVER,
+    WEIGHTS,
+    Space,
+    aggregator_axes,
+    filter_axes,
+    learning_axes,
+)
+
+LOST_AFTER = 3.0
+"""S2 counts as lost after so many of its intervals without a sample."""
+
+
+class Rung(NamedTuple):
+    """A setting on the ladder.
+
+    Attributes:
+        name: Its name.
+        text: What it does.
+        setting: What a fit of it moves.
+    """
+
+    name: str
+    text: str
+    setting: Setting
+
+
+def rungs_for(found: Characteristics) -> list[Rung]:
+    """Return the ladder for sensors of this kind."""
+    lost = LOST_AFTER * found.s2_interval
+    patient = max(lost, 2.0 * found.s2_gap)
+    return [
+        Rung("s2", "S2 as it comes", _alone(0.0, patient)),
+        Rung("s1", "S1 as it comes", _alone(1.0, lost)),
+        Rung("aggregator", "the paper's rules, S1 as it comes", _aggregator(found, lost)),
+        Rung("conditioned", "S1 conditioned, alone", _conditioned(found, lost)),
+        Rung("full", "S1 conditioned, then the rules", _full(found, lost)),
+    ]
+
+
+def _alone(weight: float, timeout: float) -> Setting:
+    space = Space((), {**_weights(*[weight] * 4), **_OFF, "s2.timeout": timeout})
+    return Setting(space, ({},), {}, 0.0, (1, 1))
+
+
+def _aggregator(found: Characteristics, lost: float) -> Setting:
+    space = Space(aggregator_axes(found), {**_OFF, "s2.timeout": lost})
+    starts = (_weights(0.9, 0.9, 0.98, 0.98), _weights(0.02, 0.05, 0.3, 0.7))
+    return Setting(space, starts, _EASY, 0.01, (160, 500))
+
+
+def _conditioned(found: Characteristics, lost: float) -> Setting:
+    interval = found.s2_interval
+    space = Space(
+        filter_axes(found),
+        {
+            **_weights(1.0, 1.0, 1.0, 1.0),
+            **_OFF,
+            "s1.bias_moving_share": 1.0,
+            "s2.timeout": lost,
+        },
+    )
+    starts = [
+        {"s1.bias_time_constant": 10.0 * interval},
+        {"s1.bias_time_constant": 0.3 * interval},
+        {
+            "s1.bias_time_constant": 30.0 * interval,
+            "s1.lowpass_time_constant": 30.0 * found.s1_interval,
+        },
+    ]
+    return Setting(space, starts, {"s1.lowpass_time_constant": 0.0}, 0.01, (160, 400))
+
+
+def _full(found: Characteristics, lost: float) -> Setting:
+    space = Space(
+        [*aggregator_axes(found), *filter_axes(found), *learning_axes(found)],
+        {**_OFF, "s2.timeout": lost},
+    )
+    home = {
+        **_EASY,
+        **_weights(1.0, 0.9, 1.0, 1.0),
+        **_STILL,
+        "s1.lowpass_time_constant": 0.0,
+        "s1.bias_moving_share": 0.1,
+    }
+    return Setting(space, _full_starts(found), home, 0.04, (360, 1200))
+
+
+def _full_starts(found: Characteristics) -> list[dict[str, float]]:
+    interval, rate = found.s2_interval, found.rate
+    on, all_s1 = _weights(0.9, 0.9, 0.98, 0.98), _weights(1.0, 1.0, 1.0, 1.0)
+    bias, share, drift = "s1.bias_time_constant", "s1.bias_moving_share", "s1.drift_time_constant"
+    return [
+        {**on, **_STILL, share: 0.1, bias: 10.0 * interval},
+        {**all_s1, **_STILL, share: 0.9, bias: 0.3 * interval},
+        {
+            **all_s1,
+            share: 0.9,
+            "s1.lowpass_time_constant": 30.0 * found.s1_interval,
+            "s1.trend_time_constant": 10.0 * found.s1_interval,
+            drift: 100.0,
+            bias: 30.0 * interval,
+        },
+        {**all_s1, **_STILL, share: 0.5, bias: 5.0 * interval, drift: 10.0 * interval},
+        {
+            **all_s1,
+            **_STILL,
+            share: 0.3,
+            "aggregator.rate.large": 0.2 * rate,
+            "aggregator.rate_time_constant": 2.0 * interval,
+            bias: 5.0 * interval,
+            drift: 10.0 * interval,
+        },
+        {
+            **on,
+            **_STILL,
+            share: 0.05,
+            "aggregator.rate.large": 0.1 * rate,
+            "aggregator.rate_time_constant": interval,
+            bias: 20.0 * interval,
+            drift: 300.0,
+        },
+    ]
+
+
+def _weights(*levels: float) -> dict[str, float]:
+    return {f"aggregator.weight.{each}": level for each, level in zip(WEIGHTS, levels, strict=True)}
+
+
+_STILL = {"s1.trend_time_constant": NEVER, "s1.drift_time_constant": NEVER}
+"""Neither low-pass nor bias has a slope."""
+
+_EASY = {
+    "aggregator.drift.large": 0.0,
+    "aggregator.difference.small": 0.0,
+    "aggregator.rate.small": 0.0,
+}
+"""Rules without drift whose sets begin at 0."""
+
+_OFF = {
+    "aggregator.drift.small": 0.0,
+    "aggregator.drift.large": 0.0,
+    "s1.spike_threshold": 0.0,
+    "s1.lowpass_time_constant": 0.0,
+    "s1.trend_time_constant": 0.0,
+    "s1.bias_time_constant": 0.0,
+    "s1.bias_moving_share": 0.0,
+    "s1.drift_time_constant": 0.0,
+    "s2.lag_time_constant": 0.0,
+    "s2.delay": 0.0,
+}
+"""S1 as it comes, and no drift."""

@@ -1,0 +1,152 @@
+"""Parameters as points of a unit cube, which is where the optimiser moves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from fuzzy_fusion_ros.core.series import Reals
+from fuzzy_fusion_ros.tuning.characterise import TINY, Characteristics
+
+NEVER = 1e9
+"""Beyond every axis: a step whose time constant is at the upper end does next to nothing."""
+
+
+class Axis(NamedTuple):
+    """A parameter that a fit moves.
+
+    Attributes:
+        name: Its dotted name.
+        low: Smallest value.
+        high: Largest value.
+        usual: Where a fit begins unless told otherwise.
+        logarithmic: Whether to move on a logarithmic scale.
+        share_of: The parameter that values are a share of; empty: none.
+    """
+
+    name: str
+    low: float
+    high: float
+    usual: float
+    logarithmic: bool = True
+    share_of: str = ""
+
+    def place(self, value: float) -> float:
+        """Return where a value is along the axis, 0 to 1; beyond an end it is that end."""
+        inside = min(max(value, self.low), self.high)
+        if self.logarithmic:
+            return math.log(inside / self.low) / math.log(self.high / self.low)
+        return (inside - self.low) / (self.high - self.low)
+
+    def value(self, place: float) -> float:
+        """Return the value at a place, 0 to 1."""
+        if self.logarithmic:
+            return float(self.low * (self.high / self.low) ** place)
+        return float(self.low + (self.high - self.low) * place)
+
+
+class Space(NamedTuple):
+    """The parameters that a fit moves, and those that it sets.
+
+    Attributes:
+        axes: What is moved.
+        fixed: What is set, by dotted name.
+    """
+
+    axes: Sequence[Axis]
+    fixed: Mapping[str, float]
+
+    def point(self, values: Mapping[str, float]) -> Reals:
+        """Return where the given values are; what is not given is where it usually is.
+
+        Args:
+            values: As the axes have them: shares as shares.
+        """
+        return np.array([each.place(values.get(each.name, each.usual)) for each in self.axes])
+
+    def values(self, point: Reals) -> dict[str, float]:
+        """Return the parameters at a point, by dotted name, those that are set included."""
+        found = {
+            each.name: each.value(float(place))
+            for each, place in zip(self.axes, point, strict=True)
+        }
+        for each in self.axes:
+            if each.share_of:
+                found[each.name] *= found[each.share_of]
+        return {**self.fixed, **found}
+
+
+WEIGHTS = ("very_small", "small", "large", "very_large")
+
+
+def aggregator_axes(found: Characteristics) -> list[Axis]:
+    """Return the axes of the aggregator's rules."""
+    usual = dict(zip(WEIGHTS, (0.1, 0.3, 0.6, 0.8), strict=True))
+    return [
+        *_ramp("aggregator.difference", 0.03, found.difference),
+        *_ramp("aggregator.rate", 0.01, found.rate),
+        _around("aggregator.rate_time_constant", 0.3 * found.s2_interval, 0.1, 100.0),
+        *(Axis(f"aggregator.weight.{each}", 0.0, 1.0, usual[each], False) for each in WEIGHTS),
+        Axis(
+            "aggregator.drift.large",
+            0.0,
+            4.0 * found.difference,
+            0.05 * found.difference,
+            logarithmic=False,
+        ),
+    ]
+
+
+def filter_axes(found: Characteristics) -> list[Axis]:
+    """Return the axes of S1's low-pass and bias, of S2's lag, and of spikes where there are any."""
+    shortest = 0.1 * found.s1_interval
+    lag = found.lag
+    axes = [
+        Axis(
+            "s1.lowpass_time_constant",
+            0.3 * found.s1_interval,
+            max(300.0 * found.s1_interval, found.s2_interval),
+            2.0 * found.s1_interval,
+        ),
+        Axis(
+            "s1.bias_time_constant",
+            0.03 * found.s2_interval,
+            max(300.0 * found.s2_interval, 100.0),
+            max(10.0 * found.s2_interval, 5.0),
+        ),
+        Axis(
+            "s2.lag_time_constant",
+            shortest,
+            max(3.0 * lag.time_constant, 1.0, 2.0 * shortest),
+            lag.time_constant,
+        ),
+        Axis("s2.delay", shortest, max(3.0 * lag.delay, 1.0, 2.0 * shortest), lag.delay),
+    ]
+    if found.has_spikes:
+        scale = max(found.spike_scale, TINY)
+        axes.append(Axis("s1.spike_threshold", 2.0 * scale, 1e3 * scale, 8.0 * scale))
+    return axes
+
+
+def learning_axes(found: Characteristics) -> list[Axis]:
+    """Return the axes of how the fuzzy rules and the drift steer the conditioning."""
+    return [
+        Axis("s1.bias_moving_share", 0.0, 1.0, 0.2, logarithmic=False),
+        Axis("s1.drift_time_constant", found.s2_interval, max(1e3, 10.0 * found.s2_interval), 60.0),
+        _around("s1.trend_time_constant", 100.0 * found.s1_interval, 0.01, 10.0),
+    ]
+
+
+def _ramp(name: str, reach_down: float, scale: float) -> list[Axis]:
+    large = f"{name}.large"
+    return [
+        _around(large, scale, reach_down, 30.0),
+        Axis(f"{name}.small", 0.0, 0.95, 0.1, logarithmic=False, share_of=large),
+    ]
+
+
+def _around(name: str, usual: float, reach_down: float, reach_up: float) -> Axis:
+    return Axis(name, reach_down * usual, reach_up * usual, usual)

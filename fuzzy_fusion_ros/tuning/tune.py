@@ -1,0 +1,214 @@
+"""The whole of a fit: characterise, find a target, climb the ladder, fit the baselines alike."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from fuzzy_fusion_ros.baselines import BaselineParameters
+from fuzzy_fusion_ros.core.parameter_tree import flatten, replace
+from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.core.series import Reals, Series, fusion, run
+from fuzzy_fusion_ros.tuning import baselines, ladder
+from fuzzy_fusion_ros.tuning.characterise import (
+    FEWEST_S1,
+    Characteristics,
+    characterise,
+    root_mean_square,
+)
+from fuzzy_fusion_ros.tuning.errors import TuneError
+from fuzzy_fusion_ros.tuning.fit import Flags, Problem
+from fuzzy_fusion_ros.tuning.kernel import outputs
+from fuzzy_fusion_ros.tuning.ladder import Step
+from fuzzy_fusion_ros.tuning.reference import reference_without_truth
+from fuzzy_fusion_ros.tuning.search import Pool, Progress
+
+NO_WORSE = 1.002
+"""A step is left out if the misfit without it is at most this much larger."""
+
+DIGITS = 4
+"""Significant digits of what is written."""
+
+S1_PATIENCE = 10.0
+"""S1 counts as lost after so many of its intervals, or later if it is given so."""
+
+BETTER_BY = 0.97
+"""The predictor is worth its time if it lowers the error to this share."""
+
+_TOLERANCES = (0.3, 1.0, 3.0)
+"""Tolerances of the gate to try, over the error of the estimate without predictor."""
+
+
+class Tuned(NamedTuple):
+    """What came out.
+
+    Attributes:
+        found: What the sensors are like.
+        with_truth: Whether it was fitted to a truth.
+        target: What it was fitted to, at each S1 sample, shape (n,), NaN where unknown.
+        counted: Where that counts, shape (n,).
+        steps: The ladder, simplest first.
+        chosen: Name of the setting that was taken.
+        before: The parameters before.
+        before_error: Root mean square error with them, unit of the signal.
+        parameters: The parameters after.
+        error: Root mean square error with these.
+        baselines: The baselines' parameters, fitted alike.
+        baseline_errors: Root mean square error of each by its name.
+    """
+
+    found: Characteristics
+    with_truth: bool
+    target: Reals
+    counted: Flags
+    steps: tuple[Step, ...]
+    chosen: str
+    before: Parameters
+    before_error: float
+    parameters: Parameters
+    error: float
+    baselines: BaselineParameters
+    baseline_errors: dict[str, float]
+
+
+def tune(
+    series: Series,
+    truth: Reals | None = None,
+    parameters: Parameters | None = None,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Progress = lambda done, of: None,
+) -> Tuned:
+    """Fit the fusion and the baselines to a recording.
+
+    The same arguments give the same result, however many threads there are.
+
+    Args:
+        series: The recording.
+        truth: At each S1 sample, shape (n,), NaN where unknown; without it a reference is made.
+        parameters: What a fit leaves alone; the defaults unless given.
+        seed: Seed of the optimiser.
+        threads: How many fits run at a time; one for each processor unless given.
+        progress: Told how far it is.
+
+    Raises:
+        TuneError: There is too little to fit to.
+    """
+    before = parameters or Parameters()
+    found = characterise(series)
+    known = series.s2_known > 0
+    target = reference_without_truth(series, found) if truth is None else truth
+    counted = known & np.isfinite(target)
+    if np.count_nonzero(counted) < FEWEST_S1:
+        raise TuneError(
+            f"got {np.count_nonzero(counted)} samples of S1 beside a truth, expected "
+            f"{FEWEST_S1} at least: do their stamps overlap?"
+        )
+    base = replace(before, {"s1.timeout": max(before.s1.timeout, S1_PATIENCE * found.s1_interval)})
+    problem = Problem(series, target, counted, base)
+    outputs(base, series)  # compiled here, so that no thread waits for another
+    baselines.warm_up(series)
+    planned = ladder.planned(found) + baselines.planned(series)
+    with Pool(threads, progress, planned) as pool:
+        steps = ladder.climb(problem, found, pool, seed)
+        fitted = baselines.fit_baselines_in(pool, series, target, counted, seed)
+    step = ladder.chosen(steps)
+    after = with_predictor(problem, rounded(problem, simplified(problem, step.parameters)))
+    return Tuned(
+        found=found,
+        with_truth=truth is not None,
+        target=target,
+        counted=counted,
+        steps=tuple(steps),
+        chosen=step.name,
+        before=before,
+        before_error=error_of(problem, before),
+        parameters=after,
+        error=error_of(problem, after),
+        baselines=fitted.parameters,
+        baseline_errors=dict(fitted.fitted),
+    )
+
+
+def simplified(problem: Problem, parameters: Parameters) -> Parameters:
+    """Switch off one step after the other that makes no difference.
+
+    Args:
+        problem: What was fitted.
+        parameters: The result.
+    """
+    most = NO_WORSE * problem.misfit(parameters)
+    for changes in (
+        {"s1.spike_threshold": 0.0},
+        {"s1.trend_time_constant": 0.0},
+        {"s1.lowpass_time_constant": 0.0, "s1.trend_time_constant": 0.0},
+        {"s1.drift_time_constant": 0.0},
+        {"s2.delay": 0.0},
+        {"s2.lag_time_constant": 0.0},
+        {"aggregator.drift.large": 0.0},
+    ):
+        simpler = replace(parameters, changes)
+        if simpler != parameters and problem.misfit(simpler) <= most:
+            parameters = simpler
+    return parameters
+
+
+def rounded(problem: Problem, parameters: Parameters) -> Parameters:
+    """Round what was fitted to a few digits.
+
+    Args:
+        problem: What was fitted.
+        parameters: The result.
+    """
+    given = flatten(problem.base)
+    return replace(
+        parameters,
+        {
+            name: _rounded(value)
+            for name, value in flatten(parameters).items()
+            if isinstance(value, float) and value != given[name]
+        },
+    )
+
+
+def with_predictor(problem: Problem, parameters: Parameters) -> Parameters:
+    """Switch the predictor on if it helps in most of the blocks and on the whole, else off.
+
+    Args:
+        problem: What was fitted.
+        parameters: The result, so far without predictor.
+    """
+    blocks = ladder.blocks_of(problem.counted)
+    off = replace(parameters, {"predictor.enabled": False})
+    without = _block_errors(problem, off, blocks)
+    best, least = off, BETTER_BY * math.sqrt(np.mean(np.square(without)))
+    for tolerance in _TOLERANCES:
+        gate = _rounded(tolerance * problem.misfit(off))
+        on = replace(off, {"predictor.enabled": True, "gate.tolerance": gate})
+        errors = _block_errors(problem, on, blocks)
+        whole = math.sqrt(np.mean(np.square(errors)))
+        helped = sum(a < b for a, b in zip(errors, without, strict=True))
+        if whole < least and helped >= len(blocks) - 1:
+            best, least = on, whole
+    return best
+
+
+def error_of(problem: Problem, parameters: Parameters) -> float:
+    """Return the root mean square error of the whole estimator, predictor included.
+
+    Args:
+        problem: What was fitted.
+        parameters: What it runs with.
+    """
+    return _block_errors(problem, parameters, [problem.counted])[0]
+
+
+def _block_errors(problem: Problem, parameters: Parameters, blocks: list[Flags]) -> list[float]:
+    value = run(fusion(parameters), problem.series).value
+    return [root_mean_square((value - problem.target)[block]) for block in blocks]
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")
