@@ -1,0 +1,199 @@
+"""What ``tune --plot`` draws: fuzzy sets, control surfaces, and traces before and after."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from fuzzy_fusion_ros.core.aggregator import aggregate
+from fuzzy_fusion_ros.core.estimator import WAITING
+from fuzzy_fusion_ros.core.membership import large
+from fuzzy_fusion_ros.core.parameters import AggregatorParameters, BreakPoints, Parameters
+from fuzzy_fusion_ros.core.series import Reals, Series, fusion, run
+from fuzzy_fusion_ros.plots.style import COLOURS, NAMES, WIDTH_PX, save, styled
+from fuzzy_fusion_ros.tuning import Tuned
+from fuzzy_fusion_ros.tuning.kernel import outputs
+from fuzzy_fusion_ros.tuning.times import held_s2, seconds
+
+_DPI = 100
+_HEIGHT_PX = 1150
+_GRID = 60
+_LEVELS = 20
+_MOST_POINTS = 1500
+"""Samples drawn on a surface, and points of a trace."""
+
+_CLOSE_UP = 60
+"""Intervals of S2 in the close-up of the traces."""
+
+
+class _Samples(NamedTuple):
+    """Inputs of the rules, as they came: differences and rates, shape (n,) each."""
+
+    difference: Reals
+    rate: Reals
+
+
+def plot_tuning(tuned: Tuned, series: Series, unit: str, path: str | Path) -> None:
+    """Draw a fit into a file.
+
+    Args:
+        tuned: What came out.
+        series: The recording.
+        unit: Unit of the signal, ``""`` where it is not known.
+        path: The file; its suffix names the format.
+
+    Raises:
+        FusionError: The file cannot be written or the format is unknown.
+    """
+    with styled():
+        figure = Figure(
+            figsize=(WIDTH_PX / _DPI, _HEIGHT_PX / _DPI), dpi=_DPI, layout="constrained"
+        )
+        FigureCanvasAgg(figure)
+        grid = figure.add_gridspec(4, 2, height_ratios=(0.8, 1.2, 1.0, 0.8))
+        samples = _samples(tuned.parameters, series)
+        _draw_sets(figure.add_subplot(grid[0, 0]), tuned, "difference", samples.difference, unit)
+        _draw_sets(figure.add_subplot(grid[0, 1]), tuned, "rate", samples.rate, unit)
+        _draw_surface(figure.add_subplot(grid[1, 0]), tuned.parameters, samples, "weight", unit)
+        _draw_surface(figure.add_subplot(grid[1, 1]), tuned.parameters, samples, "drift", unit)
+        _draw_traces(figure.add_subplot(grid[2, :]), tuned, series, unit)
+        _draw_errors(figure.add_subplot(grid[3, :]), tuned, series, unit)
+        save(figure, path)
+
+
+def _samples(parameters: Parameters, series: Series) -> _Samples:
+    output = outputs(parameters, series)
+    fused = np.isfinite(output.difference)
+    return _Samples(output.difference[fused], output.rate[fused])
+
+
+def _draw_sets(axes: Axes, tuned: Tuned, name: str, samples: Reals, unit: str) -> None:
+    """Draw the two sets of an input, before and after, over how often its values come."""
+    after: BreakPoints = getattr(tuned.parameters.aggregator, name)
+    before: BreakPoints = getattr(tuned.before.aggregator, name)
+    reach = _reach(samples, after)
+    if samples.size:
+        counts, edges = np.histogram(np.minimum(samples, reach), bins=50, range=(0.0, reach))
+        axes.stairs(counts / counts.max(), edges, fill=True, color=COLOURS["s1"], alpha=0.35)
+    x = np.linspace(0.0, reach, 400)
+    for ramp, style, when in ((before, ":", " before"), (after, "-", "")):
+        grade = np.array([large(float(each), ramp) for each in x])
+        axes.plot(x, 1.0 - grade, style, color=COLOURS["s2"], label=f"small{when}")
+        axes.plot(x, grade, style, color=COLOURS["estimate"], label=f"large{when}")
+    axes.set(xlabel=_label(name, unit), ylabel="grade", xlim=(0.0, reach), ylim=(-0.02, 1.05))
+    axes.legend(ncols=2, loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
+
+
+def _draw_surface(
+    axes: Axes, parameters: Parameters, samples: _Samples, name: str, unit: str
+) -> None:
+    """Draw W1 or the drift over both inputs, and the recording's samples on it."""
+    rules = parameters.aggregator
+    differences = np.linspace(0.0, _reach(samples.difference, rules.difference), _GRID)
+    rates = np.linspace(0.0, _reach(samples.rate, rules.rate), _GRID)
+    surface = np.array(
+        [[_said(rules, float(d), float(r), name) for d in differences] for r in rates]
+    )
+    top = 1.0
+    if name == "drift":
+        top = max(rules.drift.large, rules.drift.small) or float(np.mean(samples.difference))
+    levels = np.linspace(0.0, top, _LEVELS + 1)
+    mesh = axes.contourf(differences, rates, surface, levels, cmap="cividis", extend="both")
+    every = max(1, samples.rate.size // _MOST_POINTS)
+    axes.plot(
+        samples.difference[::every], samples.rate[::every], ".", color="#ffffff", ms=1.5, alpha=0.35
+    )
+    axes.set(
+        xlabel=_label("difference", unit),
+        ylabel=_label("rate", unit),
+        xlim=(0.0, differences[-1]),
+        ylim=(0.0, rates[-1]),
+        title="W1, the weight of S1" if name == "weight" else _drift_title(rules),
+    )
+    axes.grid(False)
+    axes.figure.colorbar(mesh, ax=axes, label="" if name == "weight" else unit)
+
+
+def _drift_title(rules: AggregatorParameters) -> str:
+    return "drift" if max(rules.drift.large, rules.drift.small) > 0.0 else "drift: none is used"
+
+
+def _said(rules: AggregatorParameters, difference: float, rate: float, name: str) -> float:
+    return float(getattr(aggregate(rules, difference, 0.0, rate), name))
+
+
+def _draw_traces(axes: Axes, tuned: Tuned, series: Series, unit: str) -> None:
+    """Draw a close-up where S2 moves most."""
+    s1_s, _ = seconds(series)
+    span = min(_CLOSE_UP * tuned.found.s2_interval, tuned.found.span)
+    middle = _busiest(s1_s, held_s2(series), span)
+    near = (s1_s >= middle - span / 2.0) & (s1_s <= middle + span / 2.0)
+    shown = {
+        "s1": (series.s1, NAMES["s1"]),
+        "s2": (held_s2(series), NAMES["s2"]),
+        "average": (_estimate(tuned.before, series), "estimate before"),
+        "estimate": (_estimate(tuned.parameters, series), "estimate after"),
+        "truth": (tuned.target, NAMES["truth"] if tuned.with_truth else "reference"),
+    }
+    for name, (values, label) in shown.items():
+        thin: dict[str, Any] = {"linewidth": 0.7, "alpha": 0.6} if name == "s1" else {}
+        axes.plot(s1_s[near], values[near], color=COLOURS[name], label=label, **thin)
+    matters = np.concatenate([shown[each][0][near] for each in ("s2", "estimate", "truth")])
+    matters = matters[np.isfinite(matters)]
+    low, high = matters.min(), matters.max()
+    margin = 0.2 * max(high - low, 1e-12)
+    axes.set(xlabel="time / s", ylabel=_with_unit("signal", unit))
+    axes.set_ylim(low - margin, high + margin)
+    axes.legend(ncols=5, loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
+
+
+def _draw_errors(axes: Axes, tuned: Tuned, series: Series, unit: str) -> None:
+    """Draw the errors before and after over the whole recording."""
+    s1_s, _ = seconds(series)
+    every = max(1, s1_s.size // _MOST_POINTS)
+    for parameters, name, label, rmse in (
+        (tuned.before, "average", "before", tuned.before_error),
+        (tuned.parameters, "estimate", "after", tuned.error),
+    ):
+        error = np.where(tuned.counted, _estimate(parameters, series) - tuned.target, np.nan)
+        label = f"{label}, RMSE {rmse:.3g} {unit}".rstrip()
+        axes.plot(s1_s[::every], error[::every], color=COLOURS[name], label=label, linewidth=0.8)
+    axes.set(xlabel="time / s", ylabel=_with_unit("error", unit))
+    axes.legend(ncols=2, loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
+
+
+def _estimate(parameters: Parameters, series: Series) -> Reals:
+    """Return the estimate, NaN where there is none."""
+    trace = run(fusion(parameters), series)
+    return np.where(trace.mode == WAITING, np.nan, trace.value)
+
+
+def _busiest(s1_s: Reals, s2: Reals, span: float) -> float:
+    """Return the middle of the stretch where S2 moves most."""
+    moves = np.nan_to_num(np.abs(np.diff(s2, prepend=s2[:1])))
+    travelled = np.cumsum(moves)
+    ends = np.searchsorted(s1_s, s1_s + span, side="right") - 1
+    first = int(np.argmax(travelled[ends] - travelled))
+    return float(s1_s[first] + span / 2.0)
+
+
+def _reach(samples: Reals, ramp: BreakPoints) -> float:
+    """Return how far an input is shown: over nearly all samples and the ramp, if that is near."""
+    far = float(np.quantile(samples, 0.995)) if samples.size else 0.0
+    return 1.1 * max(far, min(ramp.large, 3.0 * far) if far > 0.0 else ramp.large)
+
+
+def _label(name: str, unit: str) -> str:
+    if name == "difference":
+        return _with_unit("|S1 − S2|", unit)
+    per_s = f"({unit})/s" if "/" in unit else f"{unit}/s" if unit else "1/s"
+    return f"|dS2/dt| / {per_s}"
+
+
+def _with_unit(text: str, unit: str) -> str:
+    return f"{text} / {unit.replace('^2', '²')}" if unit else text
