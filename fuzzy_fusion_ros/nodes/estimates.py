@@ -26,10 +26,8 @@ class EstimateOutput:
         last_problem: Why the last of them did not; empty if all did.
     """
 
-    def __init__(
-        self, node: Node, parameters: EstimateParameters, s2: SensorInput, recorder: Recorder
-    ) -> None:
-        """Publish.
+    def __init__(self, parameters: EstimateParameters, s2: SensorInput) -> None:
+        """Settle type and field.
 
         Raises:
             MessageError: The type of the estimate is not installed or has no such field.
@@ -37,14 +35,19 @@ class EstimateOutput:
         self._messages = EstimateMessages(
             InstalledTypes(), new_message, parameters, s2.type_name, s2.field
         )
-        self._estimate = Outlet(node, "estimate", self._messages.type_name, recorder, ESTIMATE)
+        self._estimate: Outlet | None = None
+        self._explanation: dict[str, Outlet] = {}
+        self.published = 0
+        self.unwritable = 0
+        self.last_problem = ""
+
+    def open(self, node: Node, recorder: Recorder) -> None:
+        """Begin to publish: whoever waits for the estimate's publisher may then send samples."""
         self._explanation = {
             name: Outlet(node, f"~/{name}", type_name, recorder)
             for name, type_name in EXPLANATION.items()
         }
-        self.published = 0
-        self.unwritable = 0
-        self.last_problem = ""
+        self._estimate = Outlet(node, "estimate", self._messages.type_name, recorder, ESTIMATE)
 
     def see_s2(self, message: Any) -> None:
         """Take a message of S2 as the one to copy from now on."""
@@ -52,6 +55,8 @@ class EstimateOutput:
 
     def publish(self, fused: Fused, log_ns: int) -> None:
         """Publish an estimate, then what explains it and is asked for."""
+        if self._estimate is None:
+            return
         try:
             message = self._messages.message(fused)
         except MessageError as error:

@@ -39,7 +39,7 @@ class FusionNode(ConfiguredNode[Parameters]):
         work = WorkTime()
         self._s1 = self._input("s1", parameters.s1, work.timed(self._on_s1))
         self._s2 = self._input("s2", parameters.s2, work.timed(self._on_s2))
-        self._output = EstimateOutput(self, parameters.estimate, self._s2, self._recorder)
+        self._output = EstimateOutput(parameters.estimate, self._s2)
         self._rules = RuleReport(lambda: self.parameters)
         self._report = FusionReport(
             self.log,
@@ -77,6 +77,10 @@ class FusionNode(ConfiguredNode[Parameters]):
             take,
             lambda: self.parameters.future_tolerance,
         )
+
+    def on_spinning(self) -> None:
+        """Publish from now on."""
+        self._output.open(self, self._recorder)
 
     def _on_s1(self, received: Received) -> bool:
         admitted, restarts = self._fusion.s1.admitted, self._fusion.restarts

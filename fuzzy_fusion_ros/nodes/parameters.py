@@ -13,6 +13,8 @@ from rcl_interfaces.msg import (
     ParameterDescriptor,
     SetParametersResult,
 )
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -39,6 +41,7 @@ class ConfiguredNode(Node, Generic[G]):
         finished: Whether there is nothing left to do.
         failure: What makes it impossible to go on, if anything does.
         log: The node's logger.
+        spinning: Whether an executor has begun to serve the node.
     """
 
     def __init__(
@@ -76,6 +79,21 @@ class ConfiguredNode(Node, Generic[G]):
         for name, value in flatten(self.parameters).items():
             descriptor = to_message(self._described[name], name in self._fixed)
             self.declare_parameter(name, value, descriptor, ignore_override=True)
+        self.spinning = False
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._first = self.create_timer(1e-3, self.guarded(self._on_first), clock=steady)
+
+    def on_spinning(self) -> None:
+        """Do what has to wait until an executor serves the node; called once.
+
+        Messages that come before that are served topic by topic, not in the order in which
+        they came.
+        """
+
+    def _on_first(self) -> None:
+        self._first.cancel()
+        self.spinning = True
+        self.on_spinning()
 
     def guarded(self, callback: Callable[..., None]) -> Callable[..., None]:
         """Return a callback whose :class:`FusionError` ends the node, not the executor."""

@@ -24,7 +24,8 @@ class Feed:
     """Publishes both sensors and hands back estimates, in lockstep.
 
     Attributes:
-        estimates: All estimates that have come, in order.
+        s1: Publishes S1.
+        s2: Publishes S2.
     """
 
     def __init__(
@@ -54,10 +55,10 @@ class Feed:
         self._harness = harness
         self._type_name = type_name
         self._field = resolve_field(InstalledTypes(), type_name, field)
-        self._s1 = harness.publisher(s1, type_name)
-        self._s2 = harness.publisher(s2, type_name)
+        self.s1 = harness.publisher(s1, type_name)
+        self.s2 = harness.publisher(s2, type_name)
         self._messages = harness.record(estimate, type_name, ESTIMATE)
-        harness.spin_until_matched(self._s1, self._s2)
+        harness.spin_until_matched(self.s1, self.s2)
         harness.spin_until(
             lambda: harness.node.count_publishers(estimate) > 0, f"a publisher of {estimate}"
         )
@@ -95,7 +96,7 @@ class Feed:
     def send(self, at: float, s1: float | None = None, s2: float | None = None) -> int:
         """Publish S2, then S1, those that are given, and wait for nothing; return the stamp."""
         stamp_ns = START_NS + round(at * SECOND_NS)
-        for publisher, value in ((self._s2, s2), (self._s1, s1)):
+        for publisher, value in ((self.s2, s2), (self.s1, s1)):
             if value is not None:
                 self.publish(publisher, Sample(stamp_ns, value))
         return stamp_ns

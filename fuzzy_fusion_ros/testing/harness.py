@@ -112,6 +112,7 @@ class Harness:
         self._executor.add_node(node)
         self._nodes.append(node)
         self._closing.callback(self._close_node, node)
+        self.spin_until(lambda: node.spinning, f"{node.get_name()} in the executor")
         return node
 
     def fusion_node(
