@@ -101,15 +101,6 @@ class BagTypes:
         except Exception as error:  # generated code: any error means that a value does not fit
             raise MessageError(f"{msgtype} cannot be serialised: {error}") from error
 
-    def canonical(self, msgtype: str, data: bytes) -> bytes:
-        """Return serialised bytes with zeros in the padding, as :meth:`serialize` gives them.
-
-        Raises:
-            BagError: The type is not known.
-            MessageError: The message does not have the layout of its type.
-        """
-        return self.serialize(self.decode(msgtype, data))
-
     def message_class(self, msgtype: str) -> Any:
         """Return the dataclass of a type.
 
