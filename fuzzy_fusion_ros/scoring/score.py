@@ -35,6 +35,7 @@ class Score(NamedTuple):
         span_s: First and last matched time, seconds from the bag's first message.
         unit: Unit of the signal, ``""`` where it is not known.
         recomputed: Whether the bag had no estimate, so that the fusion ran here.
+        fitted: Whether the baselines' parameters were given, not derived from the recording.
         time_s: Matched times, shape (n,), seconds from the bag's first message.
         truth: The truth at them, shape (n,).
         values: Every estimator's output at them by its name, shape (n,) each.
@@ -48,6 +49,7 @@ class Score(NamedTuple):
     span_s: tuple[float, float]
     unit: str
     recomputed: bool
+    fitted: bool
     time_s: Reals
     truth: Reals
     values: Mapping[str, Reals]
@@ -146,6 +148,7 @@ def score(
         span_s=(float(log_s[0]), float(log_s[-1])),
         unit=recording.unit,
         recomputed=recomputed,
+        fitted=baselines is not None,
         time_s=log_s[0] + since_first,
         truth=truth[usable],
         values={name: each[usable] for name, each in values.items()},

@@ -117,7 +117,9 @@ def test_weight_and_drift_come_from_the_bag(tmp_path: Path) -> None:
 
 def test_baselines_follow_the_recording_or_what_is_given(bag: Path) -> None:
     given = replace(BaselineParameters(), {"constant_weight.weight": 1.0})
-    assert scored(bag, baselines=given).scores("constant_weight") == scored(bag).scores("s1")
+    fitted, derived = scored(bag, baselines=given), scored(bag)
+    assert (fitted.fitted, derived.fitted) == (True, False)
+    assert fitted.scores("constant_weight") == derived.scores("s1")
 
 
 def test_a_span_is_scored_as_if_it_were_all(bag: Path) -> None:
@@ -182,7 +184,11 @@ def test_an_unknown_unit_is_left_open(bag: Path) -> None:
 
 def test_the_summary_says_what_matched(bag: Path) -> None:
     score = scored(bag)._replace(name="bag")
-    assert summary(score) == "bag: matched 500 of 500 estimates, 0.00 s to 4.99 s"
+    assert summary(score) == (
+        "bag: matched 500 of 500 estimates, 0.00 s to 4.99 s; "
+        "baselines: as the recording suggests them, not fitted"
+    )
+    assert summary(score._replace(fitted=True)).endswith("baselines: fitted")
     assert "the fusion ran here" in summary(score._replace(recomputed=True))
 
 
