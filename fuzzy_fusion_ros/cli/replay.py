@@ -2,6 +2,9 @@
 
 The new bag holds the input's messages, bytes unchanged, and after each what fusion_node would
 have published because of it: the estimate (an old one is left out) and its explanation.
+
+With --live the messages go onto their topics, but for old estimates, as soon as S1 and S2 have
+subscribers; /clock follows the times of recording.
 """
 
 from __future__ import annotations
@@ -12,6 +15,7 @@ from pathlib import Path
 
 from fuzzy_fusion_ros.bag import open_bag
 from fuzzy_fusion_ros.bag.replay import replay
+from fuzzy_fusion_ros.bag.roles import explanation_prefix
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import progress
 from fuzzy_fusion_ros.cli.status import DONE, UsageError, command, say
@@ -50,10 +54,29 @@ def _replay(given: argparse.Namespace) -> int:
 def _play(given: argparse.Namespace) -> int:
     if given.output:
         raise UsageError("--output is for offline replays: --live writes nothing")
-    from fuzzy_fusion_ros.nodes.player import play  # needs ROS
-
+    topics = options.topics_of(given)
     start_s, end_s = options.window_of(given)
-    play(given.bag, rate=given.rate or 1.0, loop=given.loop, start_s=start_s, end_s=end_s)
+    with open_bag(given.bag) as bag:
+        bag.require_topics(topics.s1, topics.s2)
+        prefix = explanation_prefix(topics.estimate)
+        kept = [
+            each
+            for name, each in bag.topics.items()
+            if name != topics.estimate and not name.startswith(prefix)
+        ]
+        from fuzzy_fusion_ros.nodes.player import play  # needs ROS
+
+        done = play(
+            kept,
+            lambda: bag.messages([each.name for each in kept], start_s, end_s),
+            [topics.s1, topics.s2],
+            rate=given.rate or 1.0,
+            loop=given.loop,
+        )
+        problems = bag.problems
+    for note in (*done.notes, *problems):
+        say("replay", note)
+    print(f"{done.messages} messages played")
     return DONE
 
 

@@ -1,0 +1,204 @@
+"""Plays recorded messages onto topics, bytes unchanged, with /clock."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import NamedTuple
+
+from rclpy.context import Context
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
+
+from fuzzy_fusion_ros.bag.topic import BagMessage, Topic
+from fuzzy_fusion_ros.core.errors import FusionError, MessageError
+from fuzzy_fusion_ros.messages import load_message_class
+from fuzzy_fusion_ros.messages.sample import SECOND_NS
+from fuzzy_fusion_ros.nodes.runtime import Stop
+
+CLOCK = "/clock"
+LONGEST_SLEEP = 0.05
+"""Seconds between looks at signals, and between clock messages in a silence."""
+
+SETTLED = 0.5
+"""Time for subscribers to know us too once we know them, seconds."""
+
+LEISURE, HASTE = 2.0, 0.3
+"""Longest wait for reliable subscribers at the end, and when told to stop, seconds."""
+
+DEEP = 100
+"""Messages kept for a slow reliable subscriber at least."""
+
+
+class PlayerError(FusionError):
+    """Nothing can be played."""
+
+
+class Played(NamedTuple):
+    """What was played.
+
+    Attributes:
+        messages: Messages published, /clock left out.
+        loops: How often it has come to the end.
+        notes: What was left out and why, one line each.
+    """
+
+    messages: int
+    loops: int
+    notes: tuple[str, ...]
+
+
+def play(
+    topics: Iterable[Topic],
+    read: Callable[[], Iterator[BagMessage]],
+    awaited: Sequence[str],
+    *,
+    rate: float = 1.0,
+    loop: bool = False,
+    patience: float = 10.0,
+    domain_id: int | None = None,
+) -> Played:
+    """Play messages in their rhythm until they end, or SIGINT or SIGTERM come.
+
+    Args:
+        topics: The topics of the recording.
+        read: Begins to read the recording, in log order; called once a loop.
+        awaited: Topics that must have a subscriber before it starts.
+        rate: Seconds of the recording per second.
+        loop: Whether to begin again at the end; the clock jumps back then.
+        patience: How long to wait for subscribers, seconds; then it starts without.
+        domain_id: The DDS domain; that of the environment unless given.
+
+    Raises:
+        PlayerError: No type of the recording is installed.
+    """
+    with Stop() as stop:
+        context = Context()
+        context.init([], domain_id=domain_id)
+        try:
+            player = _Player(context, topics, lambda: stop.wanted)
+            stop.in_order()
+            try:
+                player.wait_for(awaited, patience)
+                player.run(read, rate, loop)
+                return player.result()
+            finally:
+                player.destroy_node()
+        finally:
+            context.try_shutdown()
+
+
+class _Player(Node):
+    """The node that publishes."""
+
+    def __init__(
+        self, context: Context, topics: Iterable[Topic], stopped: Callable[[], bool]
+    ) -> None:
+        super().__init__("player", context=context)
+        self._stopped = stopped
+        self._notes: list[str] = []
+        self._outlets: dict[str, Publisher] = {}
+        self._messages = 0
+        self._loops = 0
+        for topic in topics:
+            if topic.name != CLOCK:
+                self._offer(topic)
+        if not self._outlets:
+            raise PlayerError(f"nothing can be played: {'; '.join(self._notes) or 'no topics'}")
+        self._clock_outlet = self.create_publisher(Clock, CLOCK, QoSProfile(depth=1))
+        self._time_ns = -1
+
+    def _offer(self, topic: Topic) -> None:
+        try:
+            message_class = load_message_class(topic.msgtype)
+        except MessageError as error:
+            self._notes.append(f"{topic.name} is left out: {error}")
+            return
+        self._outlets[topic.name] = self.create_publisher(
+            message_class, topic.name, _profile(topic)
+        )
+
+    def wait_for(self, topics: Sequence[str], patience: float) -> None:
+        """Wait until all have subscribers that know us too."""
+        deadline = time.monotonic() + patience
+        while missing := [each for each in topics if self._unheard(each)]:
+            if self._stopped() or time.monotonic() > deadline:
+                self._notes.append(f"nobody subscribes to {', '.join(missing)}")
+                return
+            time.sleep(LONGEST_SLEEP)
+        self._sleep_until(time.monotonic() + SETTLED)
+
+    def _unheard(self, topic: str) -> bool:
+        return topic in self._outlets and self._outlets[topic].get_subscription_count() == 0
+
+    def run(self, read: Callable[[], Iterator[BagMessage]], rate: float, loop: bool) -> None:
+        """Publish the recording once, or again and again."""
+        while not self._stopped():
+            before = self._messages
+            self._once(read(), rate)
+            if not loop or self._messages == before:
+                break
+
+    def _once(self, messages: Iterator[BagMessage], rate: float) -> None:
+        begun: tuple[float, int] | None = None
+        for message in messages:
+            outlet = self._outlets.get(message.topic)
+            if outlet is None:
+                continue
+            if begun is None:
+                begun = time.monotonic(), message.log_ns
+            self._advance_to(message.log_ns, *begun, rate)
+            if self._stopped():
+                return
+            self._tell_time(message.log_ns)
+            outlet.publish(message.data)
+            self._messages += 1
+        self._loops += 1
+
+    def _advance_to(self, log_ns: int, begun: float, first_ns: int, rate: float) -> None:
+        """Wait until a message is due; the clock goes on meanwhile."""
+        due = begun + (log_ns - first_ns) / SECOND_NS / rate
+        while not self._stopped() and (left := due - time.monotonic()) > 0.0:
+            time.sleep(min(left, LONGEST_SLEEP))
+            now_ns = first_ns + round((time.monotonic() - begun) * rate * SECOND_NS)
+            self._tell_time(min(now_ns, log_ns))
+
+    def _tell_time(self, time_ns: int) -> None:
+        if time_ns == self._time_ns:
+            return
+        self._time_ns = time_ns
+        message = Clock()
+        message.clock.sec, message.clock.nanosec = divmod(time_ns, SECOND_NS)
+        self._clock_outlet.publish(message)
+
+    def _sleep_until(self, moment: float) -> None:
+        while not self._stopped() and (left := moment - time.monotonic()) > 0.0:
+            time.sleep(min(left, LONGEST_SLEEP))
+
+    def result(self) -> Played:
+        """Return what was played."""
+        return Played(self._messages, self._loops, tuple(self._notes))
+
+    def destroy_node(self) -> None:
+        """Leave the graph once reliable subscribers have all, or do not take it."""
+        deadline = time.monotonic() + (HASTE if self._stopped() else LEISURE)
+        for outlet in self._outlets.values():
+            left = max(deadline - time.monotonic(), 0.0)
+            outlet.wait_for_all_acked(Duration(seconds=left))
+        Node.destroy_node(self)
+
+
+def _profile(topic: Topic) -> QoSProfile:
+    """Return the profile that a topic was offered with, as far as it decides who can listen."""
+    offered = topic.qos[0] if topic.qos else None
+    profile = QoSProfile(depth=DEEP)
+    if offered is not None:
+        profile.depth = max(offered.depth, DEEP)
+        if offered.reliability == "best_effort":
+            profile.reliability = ReliabilityPolicy.BEST_EFFORT
+        if offered.durability == "transient_local":
+            profile.durability = DurabilityPolicy.TRANSIENT_LOCAL
+    return profile
