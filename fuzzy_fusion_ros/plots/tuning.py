@@ -101,7 +101,7 @@ def _draw_surface(
     )
     top = 1.0
     if name == "drift":
-        top = max(rules.drift.large, rules.drift.small) or float(np.mean(samples.difference))
+        top = max(rules.drift.large, rules.drift.small) or float(differences[-1])
     levels = np.linspace(0.0, top, _LEVELS + 1)
     mesh = axes.contourf(differences, rates, surface, levels, cmap="cividis", extend="both")
     every = max(1, samples.rate.size // _MOST_POINTS)

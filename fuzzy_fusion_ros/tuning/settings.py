@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
 from typing import NamedTuple
 
 from fuzzy_fusion_ros.tuning.characterise import Characteristics
@@ -14,6 +15,11 @@ from fuzzy_fusion_ros.tuning.space import (
     filter_axes,
     learning_axes,
 )
+
+EVALUATIONS = MappingProxyType(
+    {"aggregator": (160, 500), "conditioned": (160, 400), "full": (360, 1200)}
+)
+"""How often the optimiser may run each setting: from each start, and from each finalist."""
 
 LOST_AFTER = 3.0
 """S2 counts as lost after so many of its intervals without a sample."""
@@ -54,7 +60,7 @@ def _alone(weight: float, timeout: float) -> Setting:
 def _aggregator(found: Characteristics, lost: float) -> Setting:
     space = Space(aggregator_axes(found), {**_OFF, "s2.timeout": lost})
     starts = (_weights(0.9, 0.9, 0.98, 0.98), _weights(0.02, 0.05, 0.3, 0.7))
-    return Setting(space, starts, _EASY, 0.01, (160, 500))
+    return Setting(space, starts, _EASY, 0.01, EVALUATIONS["aggregator"])
 
 
 def _conditioned(found: Characteristics, lost: float) -> Setting:
@@ -76,7 +82,9 @@ def _conditioned(found: Characteristics, lost: float) -> Setting:
             "s1.lowpass_time_constant": 30.0 * found.s1_interval,
         },
     ]
-    return Setting(space, starts, {"s1.lowpass_time_constant": 0.0}, 0.01, (160, 400))
+    return Setting(
+        space, starts, {"s1.lowpass_time_constant": 0.0}, 0.01, EVALUATIONS["conditioned"]
+    )
 
 
 def _full(found: Characteristics, lost: float) -> Setting:
@@ -91,7 +99,7 @@ def _full(found: Characteristics, lost: float) -> Setting:
         "s1.lowpass_time_constant": 0.0,
         "s1.bias_moving_share": 0.1,
     }
-    return Setting(space, _full_starts(found), home, 0.04, (360, 1200))
+    return Setting(space, _full_starts(found), home, 0.04, EVALUATIONS["full"])
 
 
 def _full_starts(found: Characteristics) -> list[dict[str, float]]:

@@ -1,0 +1,168 @@
+"""The command tune."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from bag.recorded import Scalar, write_scalars
+from tuning.quick import be_quick
+from tuning.recordings import START_NS, Sensors, made
+
+from fuzzy_fusion_ros.cli.score import baselines_of
+from fuzzy_fusion_ros.cli.score import main as score
+from fuzzy_fusion_ros.cli.tune import main
+from fuzzy_fusion_ros.core.parameter_tree import flatten
+from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.parameter_file import parameters_from
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let every fit be short."""
+    be_quick(monkeypatch)
+
+
+@pytest.fixture
+def bag(tmp_path: Path) -> Path:
+    """A bag with a truth."""
+    return write_bag(tmp_path / "bag")
+
+
+def write_bag(path: Path, *, truth: bool = True, s2: str = "/s2") -> Path:
+    """Write a recording as a bag."""
+    series, true = made(Sensors(bias=0.4, noise=0.1), seconds=20.0)
+    scalars = [
+        Scalar(topic, (stamp_ns - START_NS) * 1e-9, value)
+        for topic, stamps_ns, values in (
+            ("/truth", series.s1_ns, true),
+            (s2, series.s2_ns, series.s2),
+            ("/s1", series.s1_ns, series.s1),
+        )
+        for stamp_ns, value in zip(stamps_ns.tolist(), values.tolist(), strict=True)
+        if truth or topic != "/truth"
+    ]
+    return write_scalars(path, sorted(scalars, key=lambda each: each.time_s))
+
+
+def test_it_writes_what_node_and_score_take(
+    bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = tmp_path / "new" / "tuned.yaml"
+    arguments = [str(bag), "--output", str(output), "--unit", "rad"]
+    assert main([*arguments, "--plot", str(tmp_path / "a.png"), "--json", str(tmp_path / "a")]) == 0
+    out, said = capsys.readouterr()
+    assert said == ""
+    for part in (
+        "S1: 25 Hz",
+        "RMSE in rad against the truth",
+        "<- taken",
+        "fusion_node --ros-args",
+    ):
+        assert part in out
+    document = json.loads((tmp_path / "a").read_text())
+    parameters = parameters_from(output)
+    assert flatten(parameters) == document["parameters"]
+    assert parameters.s2.type == "geometry_msgs/msg/PointStamped"
+    baselines = baselines_of(str(output))
+    assert baselines is not None
+    assert flatten(baselines) == document["baselines"]["parameters"]
+    assert output.read_text().startswith("# Made by tune from bag, --seed 0, fitted to its truth.")
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+    assert score([str(bag), "--params", str(output), "--json", "-"]) == 0
+    scored = json.loads(capsys.readouterr().out)["estimators"]
+    assert scored["estimate"]["rmse"] == pytest.approx(document["rmse_after"])
+    for name, error in document["baselines"]["rmse"].items():
+        assert scored[name]["rmse"] == pytest.approx(error)
+
+
+def test_two_runs_write_the_same_bytes(bag: Path, tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        output = ["--output", str(tmp_path / name), "--json", str(tmp_path / f"{name}.json")]
+        assert main([str(bag), *output, "--seed", "3"]) == 0
+    assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
+    assert (tmp_path / "one.json").read_bytes() == (tmp_path / "two.json").read_bytes()
+
+
+def test_json_on_stdout_is_alone(
+    bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([str(bag), "--output", str(tmp_path / "a.yaml"), "--json", "-"]) == 0
+    out, said = capsys.readouterr()
+    assert json.loads(out)["with_truth"] is True
+    assert "S1: 25 Hz" in said
+
+
+def test_a_truth_may_be_ignored_or_missing(
+    bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    without = write_bag(tmp_path / "without", truth=False)
+    answers = []
+    for arguments in ([str(bag), "--no-truth"], [str(without)]):
+        assert main([*arguments, "--output", str(tmp_path / "a.yaml"), "--json", "-"]) == 0
+        answers.append(json.loads(capsys.readouterr().out))
+    assert answers[0] == answers[1]
+    assert answers[0]["with_truth"] is False
+    assert "fitted to no truth" in (tmp_path / "a.yaml").read_text()
+
+
+def test_topics_and_span_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bag = write_bag(tmp_path / "bag", s2="/gps")
+    output = tmp_path / "a.yaml"
+    span = ["--start", "1", "--end", "15"]
+    assert main([str(bag), "--s2", "gps", *span, "--output", str(output)]) == 0
+    assert capsys.readouterr().out.rstrip().endswith(f"--params-file {output} -r s2:=/gps")
+    assert "--start 1 --end 15" in output.read_text().splitlines()[0]
+
+
+def test_given_parameters_are_kept(bag: Path, tmp_path: Path) -> None:
+    params = tmp_path / "params.yaml"
+    params.write_text("fusion_node:\n  ros__parameters:\n    qos: reliable\n")
+    output = tmp_path / "a.yaml"
+    assert main([str(bag), "--params", str(params), "--output", str(output)]) == 0
+    assert parameters_from(output).qos == "reliable"
+    assert parameters_from(output) != Parameters()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (["--truth", "/mocap"], "/mocap"),
+        (["--s1", "/imu"], "/imu"),
+        (["--end", "1"], "got 25 samples of S1, expected 50 at least"),
+        (["--start", "5", "--end", "5"], "nothing is left"),
+        (["--seed", "-1"], "expected an integer"),
+        (["--plot", "fit.txt"], "fit.txt"),
+    ],
+)
+def test_what_cannot_be_used_gives_a_line_and_status_2(
+    bag: Path,
+    arguments: list[str],
+    problem: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main([str(bag), *arguments, "--output", str(tmp_path / "a.yaml")]) == 2
+    said = capsys.readouterr().err
+    assert re.fullmatch(r"tune: .*\n", said)
+    assert problem in said
+
+
+def test_a_file_that_cannot_be_written(
+    bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([str(bag), "--output", str(tmp_path)]) == 2
+    assert "cannot be written" in capsys.readouterr().err
+
+
+def test_slowness_is_explained(
+    bag: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert main([str(bag), "--output", str(tmp_path / "a.yaml")]) == 0
+    assert "numba is not installed" in capsys.readouterr().err

@@ -1,0 +1,67 @@
+"""What tune draws."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tuning.quick import be_quick
+from tuning.recordings import Made, Sensors, made
+
+from fuzzy_fusion_ros.core.parameter_tree import replace
+from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.plots.tuning import plot_tuning
+from fuzzy_fusion_ros.tuning import Tuned, tune
+
+
+@pytest.fixture(scope="module")
+def recording() -> Made:
+    """What is fitted to."""
+    return made(Sensors(noise=0.1), seconds=20.0)
+
+
+@pytest.fixture(scope="module")
+def tuned(recording: Made) -> Tuned:
+    """A fit."""
+    with pytest.MonkeyPatch.context() as context:
+        be_quick(context)
+        return tune(recording.series, recording.truth)
+
+
+def test_sets_surfaces_and_traces_are_in_it(tuned: Tuned, recording: Made, tmp_path: Path) -> None:
+    plot_tuning(tuned, recording.series, "m/s^2", tmp_path / "fit.svg")
+    text = (tmp_path / "fit.svg").read_text(encoding="utf-8")
+    for part in (
+        "small before",
+        "large",
+        "|S1 − S2| / m/s²",
+        "|dS2/dt| / (m/s^2)/s",
+        "W1, the weight of S1",
+        "drift",
+        "estimate before",
+        "estimate after",
+        "truth",
+        "after, RMSE",
+    ):
+        assert f"<!-- {part}" in text
+
+
+def test_the_same_fit_gives_the_same_bytes(tuned: Tuned, recording: Made, tmp_path: Path) -> None:
+    for name in ("one.png", "two.png"):
+        plot_tuning(tuned, recording.series, "", tmp_path / name)
+    assert (tmp_path / "one.png").read_bytes() == (tmp_path / "two.png").read_bytes()
+
+
+def test_rules_that_never_decide_are_drawn_too(
+    tuned: Tuned, recording: Made, tmp_path: Path
+) -> None:
+    lost = replace(Parameters(), {"s2.timeout": 0.001, "aggregator.drift.large": 0.0})
+    series = recording.series._replace(s2_ns=recording.series.s2_ns - 10**9)
+    blind = tuned._replace(
+        parameters=lost, with_truth=False, target=np.where(tuned.counted, tuned.target, np.nan)
+    )
+    plot_tuning(blind, series, "", tmp_path / "fit.svg")
+    text = (tmp_path / "fit.svg").read_text(encoding="utf-8")
+    assert "<!-- drift: none is used" in text
+    assert "<!-- reference" in text

@@ -1,0 +1,68 @@
+"""A recording tells what its sensors are like, and says so when it cannot."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tuning.recordings import Sensors, made
+
+from fuzzy_fusion_ros.tuning import TuneError, characterise
+from fuzzy_fusion_ros.tuning.report import described
+
+
+def test_rates_and_gaps() -> None:
+    found = characterise(made(Sensors(gap=(10.0, 17.0))).series)
+    assert found.s1_interval == pytest.approx(0.04)
+    assert found.s2_interval == pytest.approx(0.2)
+    assert found.s2_gap == pytest.approx(7.2, abs=0.21)
+
+
+@pytest.mark.parametrize(("delay", "lag"), [(0.0, 0.4), (0.3, 0.0), (0.3, 0.4), (0.8, 0.1)])
+def test_the_lag_of_s2(delay: float, lag: float) -> None:
+    found = characterise(made(Sensors(delay=delay, lag=lag), seconds=120.0).series).lag
+    assert found.total == pytest.approx(delay + lag, abs=0.08)
+    assert found.delay == pytest.approx(delay, abs=0.15)
+    assert found.correlation > 0.9
+
+
+def test_bias_drift_and_noise() -> None:
+    found = characterise(made(Sensors(bias=-0.7, drift=0.01, noise=0.1), seconds=120.0).series)
+    assert found.bias == pytest.approx(-0.7 + 0.01 * 60.0, abs=0.05)
+    assert found.drift == pytest.approx(0.01, abs=0.001)
+    assert found.s1_noise == pytest.approx(0.1, rel=0.2)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1])
+def test_spikes(share: float) -> None:
+    found = characterise(made(Sensors(spikes=share)).series)
+    assert found.has_spikes is (share > 0.0)
+    assert found.spike_share == pytest.approx(share, abs=0.03)
+
+
+def test_it_is_told_in_words() -> None:
+    made_up = made(Sensors(gap=(10.0, 17.0), spikes=0.1)).series
+    text = "\n".join(described(characterise(made_up), "rad"))
+    for part in ("S1: 25 Hz", "% spikes", "S2: 5 Hz, with gaps of up to 7.", "rad/s", "lags 0.4"):
+        assert part in text
+    plain = "\n".join(described(characterise(made(Sensors()).series), ""))
+    assert "no spikes" in plain
+    assert "gaps" not in plain
+
+
+def test_unrelated_sensors_are_said_to_be() -> None:
+    series = made(Sensors()).series
+    noise = np.random.default_rng(1).standard_normal(series.s2.size)
+    text = "\n".join(described(characterise(series._replace(s2=noise)), "m/s"))
+    assert "a guess" in text
+    assert "(m/s)/s" in text
+
+
+def test_too_little_is_refused() -> None:
+    series = made(Sensors()).series
+    short = series._replace(s2=series.s2[:9], s2_ns=series.s2_ns[:9])
+    with pytest.raises(TuneError, match="got 9 samples of S2, expected 10 at least"):
+        characterise(short)
+    with pytest.raises(TuneError, match="S2 is 1 in all"):
+        characterise(series._replace(s2=np.ones_like(series.s2)))
+    with pytest.raises(TuneError, match="got 0 samples of S1 after the first of S2"):
+        characterise(series._replace(s2_known=np.zeros_like(series.s2_known)))

@@ -1,0 +1,38 @@
+"""The fast run is the estimator, to the last bit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tuning.recordings import Sensors, made
+
+from fuzzy_fusion_ros.core.estimator import FUSED, WAITING
+from fuzzy_fusion_ros.core.parameter_tree import replace
+from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.core.series import fusion, run
+from fuzzy_fusion_ros.tuning.kernel import outputs
+
+CONDITIONED = {
+    "s1.lowpass_time_constant": 0.1,
+    "s1.trend_time_constant": 1.0,
+    "s1.bias_time_constant": 3.0,
+    "s1.bias_moving_share": 0.2,
+    "s1.drift_time_constant": 20.0,
+    "s1.spike_threshold": 1.0,
+    "s2.lag_time_constant": 0.3,
+    "s2.delay": 0.2,
+    "s2.timeout": 0.6,
+}
+
+
+@pytest.mark.parametrize("changes", [{}, CONDITIONED], ids=["plain", "conditioned"])
+def test_it_is_the_estimator(changes: dict[str, float]) -> None:
+    series = made(Sensors(gap=(10.0, 15.0), spikes=0.05)).series
+    parameters = replace(Parameters(), changes)
+    trace = run(fusion(parameters), series)
+    output = outputs(parameters, series)
+    there = trace.mode != WAITING
+    assert output.value[there].tolist() == trace.value[there].tolist()
+    assert np.isfinite(output.difference).tolist() == (trace.mode == FUSED).tolist()
+    assert np.isfinite(output.rate).tolist() == (trace.mode == FUSED).tolist()
+    assert np.isfinite(output.value).all()

@@ -1,0 +1,48 @@
+"""Hindsight is nearer to the truth than either sensor, whatever ails them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tuning.recordings import Sensors, made
+
+from fuzzy_fusion_ros.tuning import characterise, reference_without_truth
+from fuzzy_fusion_ros.tuning.times import held_s2, in_gaps
+
+AILMENTS = {
+    "bias": Sensors(bias=0.5),
+    "drift": Sensors(drift=0.02),
+    "noise": Sensors(noise=0.2),
+    "spikes": Sensors(spikes=0.1),
+    "delay": Sensors(delay=0.5, lag=0.1),
+    "gap": Sensors(gap=(12.0, 22.0), drift=0.02),
+}
+
+
+@pytest.mark.parametrize("sensors", AILMENTS.values(), ids=AILMENTS)
+def test_it_is_near_the_truth(sensors: Sensors) -> None:
+    series, truth = made(sensors, seconds=80.0)
+    known = series.s2_known > 0
+    found = reference_without_truth(series, characterise(series))
+
+    def error(values: np.ndarray) -> float:  # type: ignore[type-arg]
+        return float(np.sqrt(np.mean(np.square((values - truth)[known]))))
+
+    assert error(found) < 0.6 * min(error(series.s1), error(held_s2(series)))
+
+
+def test_gaps_are_between_samples_only() -> None:
+    stamps_ns = np.array([0, 10, 20, 500, 510], np.int64)
+    wanted_ns = np.array([-5, 0, 15, 20, 21, 499, 500, 505, 600], np.int64)
+    assert in_gaps(stamps_ns, wanted_ns).tolist() == [
+        False,
+        False,
+        False,
+        False,
+        True,
+        True,
+        False,
+        False,
+        False,
+    ]
+    assert not in_gaps(stamps_ns[:1], wanted_ns).any()

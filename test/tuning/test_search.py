@@ -1,0 +1,103 @@
+"""The optimiser finds minima, repeats itself to the last digit, and ends when told to."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+import pytest
+
+from fuzzy_fusion_ros.core.series import Reals
+from fuzzy_fusion_ros.tuning.search import Pool, Search, minimise
+from fuzzy_fusion_ros.tuning.space import Axis, Space
+
+HILL = Search(
+    lambda x: float(np.sum(np.square(x - 0.7))), np.array([0.1, 0.9, 0.5]), 0.1, 2000, (4, 2)
+)
+
+
+def nothing(done: int, of: int) -> None:
+    """Tell nobody how far it is."""
+
+
+def test_it_finds_a_minimum() -> None:
+    assert minimise(HILL).point == pytest.approx([0.7] * 3, abs=0.01)
+
+
+def test_it_stays_in_the_cube() -> None:
+    found = minimise(HILL._replace(cost=lambda x: -float(np.sum(x))))
+    assert found.point == pytest.approx([1.0] * 3, abs=1e-3)
+    assert (found.point <= 1.0).all()
+
+
+@pytest.mark.parametrize("evaluations", [1, 39, 40, 100])
+def test_it_is_never_worse_than_its_start_nor_asks_too_often(evaluations: int) -> None:
+    asked: list[Reals] = []
+
+    def cost(point: Reals) -> float:
+        asked.append(point)
+        return float(np.sum(np.square(point - HILL.start)))
+
+    found = minimise(HILL._replace(cost=cost, evaluations=evaluations))
+    assert found.cost < 1e-30
+    assert len(asked) <= evaluations
+
+
+def test_threads_do_not_change_the_answers() -> None:
+    searches = [HILL._replace(seed=(k,), evaluations=200) for k in range(6)]
+    alone, many = [], []
+    for threads, answers in ((1, alone), (5, many)):
+        with Pool(threads, nothing, 1200) as pool:
+            answers += [each.point.tolist() for each in pool.run(searches)]
+    assert alone == many
+    assert len({tuple(each) for each in alone}) == 6
+
+
+def test_it_tells_how_far_it_is() -> None:
+    told: list[tuple[int, int]] = []
+    flat = HILL._replace(cost=lambda x: 1.0, evaluations=400)
+    with Pool(2, lambda done, of: told.append((done, of)), 800) as pool:
+        pool.run([flat, flat])
+    assert told[-1] == (800, 800)
+    assert [done for done, _ in told] == sorted(done for done, _ in told)
+
+
+def test_an_error_ends_all_searches() -> None:
+    started = threading.Event()
+
+    def endless(point: Reals) -> float:
+        started.set()
+        return float(np.random.default_rng().random())
+
+    def broken(point: Reals) -> float:
+        started.wait()
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError), Pool(2, nothing, 1) as pool:
+        pool.run([HILL._replace(cost=broken), HILL._replace(cost=endless, evaluations=10**9)])
+
+
+@pytest.mark.parametrize(
+    ("axis", "place", "value"),
+    [
+        (Axis("a", 0.1, 10.0, 1.0), 0.5, 1.0),
+        (Axis("a", 0.1, 10.0, 1.0), 1.0, 10.0),
+        (Axis("a", -1.0, 3.0, 0.0, logarithmic=False), 0.25, 0.0),
+    ],
+)
+def test_axes_go_both_ways(axis: Axis, place: float, value: float) -> None:
+    assert axis.value(place) == pytest.approx(value)
+    assert axis.place(value) == pytest.approx(place)
+    assert axis.place(1e9) == 1.0
+    assert axis.place(-1e9) == 0.0
+
+
+def test_a_space_multiplies_shares_out() -> None:
+    axes = [
+        Axis("r.large", 1.0, 100.0, 10.0),
+        Axis("r.small", 0.0, 0.5, 0.1, logarithmic=False, share_of="r.large"),
+    ]
+    space = Space(axes, {"t": 7.0})
+    assert space.values(space.point({"r.small": 0.5})) == pytest.approx(
+        {"t": 7.0, "r.large": 10.0, "r.small": 5.0}
+    )

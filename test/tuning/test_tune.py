@@ -1,0 +1,183 @@
+"""A whole fit: better than either sensor on what it has not seen, and repeatable."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from tuning.quick import be_quick
+from tuning.recordings import Made, Sensors, made
+
+from fuzzy_fusion_ros.baselines import methods
+from fuzzy_fusion_ros.core.parameter_tree import flatten, replace
+from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.core.series import Reals, fusion, run
+from fuzzy_fusion_ros.tuning import Tuned, TuneError, fit_baselines, tune
+from fuzzy_fusion_ros.tuning.fit import Problem
+from fuzzy_fusion_ros.tuning.ladder import BLOCKS, Step, blocks_of, chosen
+from fuzzy_fusion_ros.tuning.report import as_json, comments, outcome
+from fuzzy_fusion_ros.tuning.tune import error_of, rounded, simplified, with_predictor
+
+SENSORS = Sensors(bias=0.4, noise=0.1, delay=0.2)
+
+
+@pytest.fixture(scope="module")
+def recording() -> Made:
+    """What is fitted to."""
+    return made(SENSORS)
+
+
+@pytest.fixture(scope="module")
+def unseen() -> Made:
+    """Another recording of the same sensors."""
+    return made(SENSORS, seed=1)
+
+
+@pytest.fixture(scope="module")
+def patch() -> Iterator[pytest.MonkeyPatch]:
+    """Changes for all tests of this file: little effort."""
+    with pytest.MonkeyPatch.context() as context:
+        be_quick(context)
+        yield context
+
+
+@pytest.fixture(scope="module")
+def tuned(recording: Made, patch: pytest.MonkeyPatch) -> Tuned:
+    """A fit to the truth."""
+    return tune(recording.series, recording.truth, threads=2)
+
+
+def rmse(values: Reals, recording: Made) -> float:
+    """Return the error of an estimate where S2 is known."""
+    known = recording.series.s2_known > 0
+    return float(np.sqrt(np.mean(np.square((values - recording.truth)[known]))))
+
+
+def test_it_beats_both_sensors_and_all_baselines_on_what_it_has_not_seen(
+    tuned: Tuned, unseen: Made
+) -> None:
+    ours = rmse(run(fusion(tuned.parameters), unseen.series).value, unseen)
+    for method in methods(tuned.baselines).values():
+        assert ours < 0.9 * rmse(run(method, unseen.series).value, unseen)
+
+
+def test_without_a_truth_too(recording: Made, unseen: Made, patch: pytest.MonkeyPatch) -> None:
+    blind = tune(recording.series)
+    assert not blind.with_truth
+    ours = rmse(run(fusion(blind.parameters), unseen.series).value, unseen)
+    for method in methods(blind.baselines).values():
+        assert ours < rmse(run(method, unseen.series).value, unseen)
+
+
+def test_it_repeats_itself_whatever_the_threads(tuned: Tuned, recording: Made) -> None:
+    again = tune(recording.series, recording.truth, threads=1)
+    assert again.parameters == tuned.parameters
+    assert again.baselines == tuned.baselines
+    assert as_json(again, "") == as_json(tuned, "")
+    other = tune(recording.series, recording.truth, seed=1)
+    assert other.parameters != tuned.parameters
+
+
+def test_the_rest_of_the_parameters_stays(recording: Made, patch: pytest.MonkeyPatch) -> None:
+    given = replace(Parameters(), {"qos": "reliable", "s2.field": "point.x", "rate": 50.0})
+    after = flatten(tune(recording.series, recording.truth, given).parameters)
+    assert (after["qos"], after["s2.field"], after["rate"]) == ("reliable", "point.x", 50.0)
+
+
+def test_a_lost_s2_is_soon_noticed(tuned: Tuned) -> None:
+    assert tuned.parameters.s2.timeout == pytest.approx(0.6)
+
+
+def test_the_fit_is_what_it_says(tuned: Tuned, recording: Made) -> None:
+    value = run(fusion(tuned.parameters), recording.series).value
+    assert tuned.error == rmse(value, recording)
+    assert tuned.error < tuned.before_error
+    assert tuned.error <= min(tuned.baseline_errors["s1"], tuned.baseline_errors["s2"])
+    for name, method in methods(tuned.baselines).items():
+        error = rmse(run(method, recording.series).value, recording)
+        assert error == pytest.approx(tuned.baseline_errors[name])
+
+
+def test_baselines_are_fitted_alone_too(tuned: Tuned, recording: Made) -> None:
+    known = recording.series.s2_known > 0
+    told: list[tuple[int, int]] = []
+    alone = fit_baselines(
+        recording.series, recording.truth, known, progress=lambda *far: told.append(far)
+    )
+    assert alone.parameters == tuned.baselines
+    assert told[-1][0] == told[-1][1]
+
+
+def test_a_useless_s1_leaves_s2(patch: pytest.MonkeyPatch) -> None:
+    series, truth = made(Sensors(lag=0.0))
+    noise = 100.0 * np.random.default_rng(5).standard_normal(truth.size)
+    result = tune(series._replace(s1=noise), truth)
+    assert result.error <= 1.01 * result.baseline_errors["s2"]
+
+
+def test_a_perfect_s1_leaves_s1(patch: pytest.MonkeyPatch) -> None:
+    series, truth = made(Sensors(bias=0.0, noise=0.0))
+    result = tune(series, truth)
+    assert result.chosen == "s1"
+    assert result.error < 1e-15
+
+
+def test_a_truth_that_is_elsewhere_is_refused(recording: Made) -> None:
+    with pytest.raises(TuneError, match="got 0 samples of S1 beside a truth"):
+        tune(recording.series, np.full_like(recording.truth, np.nan))
+
+
+def test_the_simplest_of_the_good_is_chosen() -> None:
+    def step(name: str, unseen: float) -> Step:
+        return Step(name, "", Parameters(), 0.0, unseen, ())
+
+    ladder = [step("s2", 2.0), step("s1", 1.02), step("aggregator", 1.5), step("full", 1.0)]
+    assert chosen(ladder).name == "s1"
+    assert chosen(ladder[:1]).name == "s2"
+
+
+def test_blocks_are_equal_parts_of_what_counts() -> None:
+    counted = np.ones(103, np.bool_)
+    counted[10:20] = False
+    blocks = blocks_of(counted)
+    assert len(blocks) == BLOCKS
+    assert (np.sum(blocks, axis=0) == counted).all()
+    assert {int(block.sum()) for block in blocks} <= {23, 24}
+
+
+def test_steps_without_effect_are_left_out(recording: Made) -> None:
+    series, truth = recording
+    problem = Problem(series, truth, series.s2_known > 0, Parameters())
+    useless = {
+        "s1.spike_threshold": 1e6,
+        "s2.lag_time_constant": 0.5,
+        "s1.drift_time_constant": 3.0,
+    }
+    assert simplified(problem, replace(Parameters(), useless)) == replace(
+        Parameters(),
+        {"aggregator.drift.large": simplified(problem, Parameters()).aggregator.drift.large},
+    )
+    long = replace(Parameters(), {"aggregator.rate.large": 1.23456789})
+    assert rounded(problem, long).aggregator.rate.large == 1.235
+
+
+def test_the_predictor_is_taken_only_where_it_helps() -> None:
+    series, truth = made(Sensors(bias=0.0, noise=0.3), seconds=20.0)
+    problem = Problem(series, truth, series.s2_known > 0, Parameters())
+    alone = replace(Parameters(), {f"aggregator.weight.{each}": 1.0 for each in _WEIGHTS})
+    with_it = with_predictor(problem, alone)
+    assert error_of(problem, with_it) <= error_of(problem, alone)
+    perfect = Problem(series._replace(s1=truth), truth, series.s2_known > 0, Parameters())
+    assert not with_predictor(perfect, alone).predictor.enabled
+
+
+_WEIGHTS = ("very_small", "small", "large", "very_large")
+
+
+def test_the_comments_tell_all(tuned: Tuned) -> None:
+    text = "\n".join(comments(tuned, "rad", "a bag"))
+    for part in ("Made by tune from a bag.", "S1: 25 Hz", "unseen", "<- taken", "kalman_bias"):
+        assert part in text
+    assert "RMSE in rad against the truth" in text
+    assert outcome(tuned, "rad") in text
