@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterator
-from itertools import zip_longest
+from itertools import cycle, zip_longest
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -25,7 +25,14 @@ from fuzzy_fusion_ros.core.guard import Guard
 from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages import sample_from_message
-from fuzzy_fusion_ros.messages.outputs import EXPLANATION, POINT, EstimateMessages, explain
+from fuzzy_fusion_ros.messages.outputs import (
+    ARRAY,
+    DIMENSION,
+    EXPLANATION,
+    POINT,
+    EstimateMessages,
+    explain,
+)
 
 _UNDESCRIBED = Definition("unknown", "")
 
@@ -146,7 +153,10 @@ class _Station:
         self._fields = fields_of(bag, topics, parameters, ("s1", "s2"))
         self._fusion = Fusion(parameters)
         self._ticks = Ticks(parameters)
-        self._scalar = blank_message(bag.types, POINT)
+        self._blanks = {
+            msgtype: cycle([blank_message(bag.types, msgtype) for _ in range(at_once)])
+            for msgtype, at_once in ((POINT, 1), (ARRAY, 1), (DIMENSION, 2))
+        }
         self._estimates = EstimateMessages(
             bag.types,
             lambda msgtype: blank_message(bag.types, msgtype),
@@ -221,8 +231,8 @@ class _Station:
         return BagMessage(topic, self.outputs[topic], log_ns, self._bag.types.serialize(message))
 
     def _new(self, msgtype: str) -> Any:
-        """Return a message to fill; scalars share one, each being serialised before the next."""
-        return self._scalar if msgtype == POINT else blank_message(self._bag.types, msgtype)
+        """Return a message to fill, one of few: each is serialised before the next estimate."""
+        return next(self._blanks[msgtype])
 
 
 def _dropped(topic: str, guard: Guard) -> list[str]:

@@ -40,7 +40,8 @@ def explain(new: New, fused: Fused) -> Iterator[tuple[str, Any]]:
     """Yield what stands behind an estimate: topic and message, one by one.
 
     Args:
-        new: Makes the messages; it may give the same stamped scalar again.
+        new: Makes the messages; it may give those of an earlier estimate again, and one
+            stamped scalar for all.
         fused: The estimate. Without a prediction its two topics are silent.
     """
     for name, value in scalars(fused.estimate).items():
