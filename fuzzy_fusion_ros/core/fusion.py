@@ -54,11 +54,10 @@ class Fusion:
 
     @parameters.setter
     def parameters(self, parameters: Parameters) -> None:
-        shape = (parameters.predictor.samples, parameters.predictor.rules)
-        old = self._parameters.predictor
+        other_rules = first_rules(parameters) != first_rules(self._parameters)
         self._parameters = parameters
         self._trigger.parameters = parameters
-        if shape != (old.samples, old.rules):
+        if other_rules:
             fresh = initial_state(parameters).predictor
             self._state = self._state._replace(predictor=fresh)
 
@@ -130,3 +129,9 @@ class Fusion:
     def _lost_s1(self, stamp_ns: int) -> bool:
         heard_ns = self.s2.first_ns if self.s1.newest_ns is None else self.s1.newest_ns
         return seconds_between(heard_ns, stamp_ns) > self._parameters.s1.timeout
+
+
+def first_rules(parameters: Parameters) -> tuple[int, int, float, float]:
+    """Return what the predictor's first rules are made from: others start it anew."""
+    predictor = parameters.predictor
+    return predictor.samples, predictor.rules, predictor.slope, predictor.lead

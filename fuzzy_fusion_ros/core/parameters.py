@@ -36,9 +36,9 @@ class Weights(Group):
     """Table 1, W1: the weight of S1 that each rule concludes."""
 
     very_small: float = real(0.0, "W1 when the difference is large and the rate small", high=1.0)
-    small: float = real(0.0, "W1 when difference and rate are small", high=1.0)
-    large: float = real(0.2, "W1 when the difference is small and the rate large", high=1.0)
-    very_large: float = real(0.7, "W1 when difference and rate are large", high=1.0)
+    small: float = real(0.016, "W1 when difference and rate are small", high=1.0)
+    large: float = real(0.12, "W1 when the difference is small and the rate large", high=1.0)
+    very_large: float = real(0.42, "W1 when difference and rate are large", high=1.0)
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Drifts(Group):
 
     small: float = real(0.0, "drift under every other rule", unit="signal")
     large: float = real(
-        0.08, "drift when the difference is small and the rate large", unit="signal"
+        0.126, "drift when the difference is small and the rate large", unit="signal"
     )
 
 
@@ -55,10 +55,10 @@ class Drifts(Group):
 class AggregatorParameters(Group):
     """The fuzzy aggregator, method § 2."""
 
-    difference: BreakPoints = group(BreakPoints(0.1, 0.5))
-    rate: BreakPoints = group(BreakPoints(0.0, 1.0))
+    difference: BreakPoints = group(BreakPoints(0.07, 0.6))
+    rate: BreakPoints = group(BreakPoints(0.01, 1.75))
     rate_time_constant: float = real(
-        0.03,
+        0.025,
         "time constant of the low-pass on dS2/dt; 0 is the bare difference",
         unit="s",
         high=1e3,
@@ -73,10 +73,12 @@ class PredictorParameters(Group):
 
     enabled: bool = switch(False, "whether the fuzzy predictor runs")
     samples: int = integer(20, "number n of previous estimates kept", low=3, high=200)
-    rules: int = integer(5, "number M of rules", low=1, high=50)
-    learning_rate: float = real(0.1, "step size of the gradient descent", high=10.0)
+    rules: int = integer(5, "number M of rules", low=2, high=50)
+    slope: float = real(1.0, "slope of the steepest of the first rules", unit="signal/s", low=1e-9)
+    lead: float = real(2.5, "steps that the first rules look ahead", unit="steps", high=100.0)
+    learning_rate: float = real(0.005, "step size of the gradient descent", high=1.0)
     error_threshold: float = real(1e-3, "training stops below this error", unit="signal")
-    max_iterations: int = integer(2, "bound on training steps at each sample", low=0, high=1000)
+    max_iterations: int = integer(1, "bound on training steps at each sample", low=0, high=1000)
 
 
 @dataclass(frozen=True)
@@ -84,7 +86,7 @@ class GateParameters(Group):
     """The validity gate, method § 4."""
 
     tolerance: float = real(
-        0.05, "largest distance of prediction and aggregate at which both count", unit="signal"
+        0.11, "largest distance of prediction and aggregate at which both count", unit="signal"
     )
 
 

@@ -1,5 +1,8 @@
 """The fuzzy predictor (FP), eqs. (2)-(13): trained online by gradient descent, method § 3.
 
+Inputs and output are taken relative to the newest estimate, so the rules do not depend on where
+the signal is, and the first rules are straight lines through it: *falling*, *steady*, *rising*.
+
 Arrays are ``(inputs, rules)``, inputs being the n - 1 previous estimates, oldest first. Sums
 over inputs run along the first axis and sums over rules in a loop, one after the other, so that
 compiled and interpreted runs agree bit for bit.
@@ -13,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fuzzy_fusion_ros.core.finite import bounded
+from fuzzy_fusion_ros.core.finite import bounded, clamped
 from fuzzy_fusion_ros.core.gate import NO_PREDICTION, Prediction
 from fuzzy_fusion_ros.core.parameters import PredictorParameters
 
@@ -24,6 +27,12 @@ NOT_COVERED = -700.0
 
 LONGEST_STEP = 3
 """A step longer than this many of the last is a gap: the history restarts."""
+
+SPREAD = 0.6
+"""Width of the first rules as a share of the distance between them at the oldest estimate."""
+
+NARROWEST = 1e-3
+"""Floor of a width as a share of the first rules'."""
 
 
 class Rules(NamedTuple):
@@ -64,9 +73,9 @@ class Predictor(NamedTuple):
         history: The last n estimates, oldest first, shape (n,).
         stamp_ns: Stamp of the newest.
         step_ns: Time between the newest two, 0 until there are two.
-        trained: Rules in use so far.
-        rules: The rules.
-        increment: f(x_2 .. x_n) - x_n, the next step's predicted increment.
+        rules: The rules; only meaningful once the history is filled.
+        narrowest: Floor of the widths, unit of the signal.
+        increment: f(x_2 .. x_n), the next step's predicted increment.
         ready: Whether ``increment`` is a prediction.
     """
 
@@ -74,8 +83,8 @@ class Predictor(NamedTuple):
     history: Array
     stamp_ns: int
     step_ns: int
-    trained: int
     rules: Rules
+    narrowest: float
     increment: float
     ready: bool
 
@@ -87,12 +96,12 @@ def untrained(samples: int, rules: int) -> Predictor:
         history=np.zeros(samples),
         stamp_ns=0,
         step_ns=0,
-        trained=0,
         rules=Rules(
             centres=np.zeros((samples - 1, rules)),
             widths=np.ones((samples - 1, rules)),
             consequents=np.zeros(rules),
         ),
+        narrowest=0.0,
         increment=0.0,
         ready=False,
     )
@@ -130,42 +139,56 @@ def learn(
     history[:-1] = state.history[1:]
     history[-1] = bounded(estimate)
     filled = min(state.filled + 1, history.size)
-    trained = state.trained
     rules = state.rules
+    narrowest = state.narrowest
     increment = 0.0
     ready = False
     if filled == history.size:
-        inputs = history[:-1] - history[-2]
-        target = history[-1] - history[-2]
-        if trained < rules.consequents.size:
-            rules = add_rule(rules, trained, inputs, target)
-            trained += 1
-        else:
-            rules = train(parameters, rules, inputs, target)
-            ahead = infer(rules, history[1:] - history[-1])
-            increment = ahead.output
-            ready = ahead.covered
+        if state.filled < filled:
+            rules = straight_lines(parameters, history.size - 1, step_ns * 1e-9)
+            narrowest = NARROWEST * rules.widths[0, 0]
+        rules = train(
+            parameters, rules, narrowest, history[:-1] - history[-2], history[-1] - history[-2]
+        )
+        ahead = infer(rules, history[1:] - history[-1])
+        increment = ahead.output
+        ready = ahead.covered
     return Predictor(
         filled=filled,
         history=history,
         stamp_ns=stamp_ns,
         step_ns=step_ns if state.filled > 0 else 0,
-        trained=trained,
         rules=rules,
+        narrowest=narrowest,
         increment=increment,
         ready=ready,
     )
 
 
-def add_rule(rules: Rules, index: int, inputs: Array, target: float) -> Rules:
-    """Wang's initialisation: centre the next rule on observed data, y-bar on its target."""
-    centres = rules.centres.copy()
-    widths = rules.widths.copy()
-    consequents = rules.consequents.copy()
-    centres[:, index] = inputs
-    widths[:, index] = max(np.max(np.abs(inputs)), 1e-3)
-    consequents[index] = target
-    return Rules(centres=centres, widths=widths, consequents=consequents)
+def straight_lines(parameters: PredictorParameters, inputs: int, step: float) -> Rules:
+    """Return the first rules: straight lines of evenly spread slopes through the newest estimate.
+
+    Rule l says: if the signal has come along the line of slope ``s_l``, it goes on along it for
+    ``lead`` steps. Slopes reach from ``-slope`` to ``slope``. With one width for all inputs the
+    rules weigh an estimate by its age, as a least-squares fit of a line does.
+
+    Args:
+        parameters: Of the predictor.
+        inputs: n - 1.
+        step: Time between estimates, seconds.
+    """
+    n = parameters.rules
+    spacing = 2.0 * parameters.slope / (n - 1)
+    width = SPREAD * spacing * (inputs - 1) * step
+    centres = np.zeros((inputs, n))
+    consequents = np.zeros(n)
+    for rule in range(n):
+        slope = rule * spacing - parameters.slope
+        consequents[rule] = slope * parameters.lead * step
+        for i in range(inputs):
+            age = (inputs - 1 - i) * step
+            centres[i, rule] = -slope * age
+    return Rules(centres=centres, widths=np.full((inputs, n), width), consequents=consequents)
 
 
 def infer(rules: Rules, inputs: Array) -> Inference:
@@ -189,30 +212,51 @@ def infer(rules: Rules, inputs: Array) -> Inference:
     )
 
 
-def train(parameters: PredictorParameters, rules: Rules, inputs: Array, target: float) -> Rules:
-    """Eq. (3): gradient descent until the error is below the threshold or the bound is met."""
+def train(
+    parameters: PredictorParameters, rules: Rules, narrowest: float, inputs: Array, target: float
+) -> Rules:
+    """Eq. (3): gradient descent until the error is below the threshold or the bound is met.
+
+    A target counts as no further away than the range of what the rules can say, so that an
+    outlier does not wreck them.
+    """
     for _ in range(parameters.max_iterations):
         inference = infer(rules, inputs)
         if abs(inference.output - target) < parameters.error_threshold:
             break
-        rules = descend(parameters.learning_rate, rules, inference, inputs, target)
+        reach = rules.consequents.max() - rules.consequents.min()
+        within = clamped(target, inference.output - reach, inference.output + reach)
+        rules = descend(parameters.learning_rate, rules, narrowest, inference, inputs, within)
     return rules
 
 
 def descend(
-    learning_rate: float, rules: Rules, inference: Inference, inputs: Array, target: float
+    learning_rate: float,
+    rules: Rules,
+    narrowest: float,
+    inference: Inference,
+    inputs: Array,
+    target: float,
 ) -> Rules:
-    """Eqs. (10)-(12): one step of all three families, each from the values before the step."""
+    """Eqs. (10)-(12): one step of all three families, each from the values before the step.
+
+    No centre or width moves by more than a width. Without cover there is nothing to learn from.
+    """
     if not inference.covered:
         return rules
-    common = (inference.output - target) / inference.total * inference.strengths
-    slope = common * (rules.consequents - inference.output)
+    error = inference.output - target
+    common = learning_rate * error / inference.total * inference.strengths
+    pull = common * (rules.consequents - inference.output)
     distance = inputs.reshape(-1, 1) - rules.centres
-    scaled = distance / (rules.widths * rules.widths)
-    d_centres = slope * 2.0 * scaled
-    d_widths = slope * 2.0 * scaled * distance / rules.widths
+    to_centres = pull * 2.0 * distance / (rules.widths * rules.widths)
+    to_widths = to_centres * distance / rules.widths
     return Rules(
-        centres=rules.centres - learning_rate * d_centres,
-        widths=np.maximum(rules.widths - learning_rate * d_widths, 1e-6),
-        consequents=rules.consequents - learning_rate * common,
+        centres=rules.centres - limited(to_centres, rules.widths),
+        widths=np.maximum(rules.widths - limited(to_widths, rules.widths), narrowest),
+        consequents=rules.consequents - common,
     )
+
+
+def limited(step: Array, limit: Array) -> Array:
+    """Return a step within its limit, element by element."""
+    return np.minimum(np.maximum(step, -limit), limit)

@@ -94,7 +94,7 @@ def test_the_gradients_are_those_of_the_loss(inputs: int, rules: int) -> None:
         drawn = random_rules(generator, inputs, rules)
         x, target = generator.normal(0.0, 0.5, inputs), float(generator.normal())
         before = rules_of(drawn)
-        after = descend(1e-3, before, infer(before, x), x, target)
+        after = descend(1e-3, before, 0.0, infer(before, x), x, target)
         slopes = rules_of(reference.numeric_gradient(drawn, x.tolist(), target))
         for old, new, slope in zip(before, after, slopes, strict=True):
             assert (old - new) / 1e-3 == pytest.approx(slope, rel=1e-4, abs=1e-8)
@@ -106,8 +106,8 @@ def test_a_step_is_that_of_the_reference_all_families_from_the_old_values() -> N
         drawn = random_rules(generator, 19, 5)
         x, target = generator.normal(0.0, 0.5, 19), float(generator.normal())
         before = rules_of(drawn)
-        after = descend(0.3, before, infer(before, x), x, target)
-        expected = reference.descend(drawn, x.tolist(), target, 0.3, narrowest=0.0)
+        after = descend(0.1, before, 0.0, infer(before, x), x, target)
+        expected = reference.descend(drawn, x.tolist(), target, 0.1, narrowest=0.0)
         assert same(after, expected, 1e-9)
 
 
@@ -115,14 +115,14 @@ def test_a_step_leaves_the_rules_that_it_came_from() -> None:
     drawn = random_rules(np.random.default_rng(0), 4, 3)
     before = rules_of(drawn)
     x = np.full(4, 0.3)
-    descend(0.3, before, infer(before, x), x, 1.0)
+    descend(0.3, before, 0.0, infer(before, x), x, 1.0)
     assert same(before, drawn, 0.0)
 
 
 def test_without_cover_there_is_nothing_to_learn_from() -> None:
     before = rules_of([reference.Rule([0.0], [1.0], 3.0)])
     x = np.array([1e6])
-    after = descend(0.3, before, infer(before, x), x, 1.0)
+    after = descend(0.3, before, 0.0, infer(before, x), x, 1.0)
     assert same(after, [reference.Rule([0.0], [1.0], 3.0)], 0.0)
 
 
@@ -132,16 +132,20 @@ def test_widths_stay_above_zero(learning_rate: float) -> None:
     rules = rules_of(random_rules(generator, 4, 3))
     for _ in range(30):
         x = generator.normal(0.0, 1.0, 4)
-        rules = descend(learning_rate, rules, infer(rules, x), x, float(generator.normal(0, 9)))
-        assert (rules.widths > 0.0).all()
+        rules = descend(
+            learning_rate, rules, 1e-3, infer(rules, x), x, float(generator.normal(0, 9))
+        )
+        assert (rules.widths >= 1e-3).all()
 
 
 def test_training_brings_the_error_below_the_threshold() -> None:
     drawn = random_rules(np.random.default_rng(31), 4, 3)
     x = np.array([0.1, -0.2, 0.3, 0.0])
     for threshold in (0.1, 1e-3, 1e-6):
-        parameters = PredictorParameters(error_threshold=threshold, max_iterations=1000)
-        rules = train(parameters, rules_of(drawn), x, 0.7)
+        parameters = PredictorParameters(
+            learning_rate=0.1, error_threshold=threshold, max_iterations=1000
+        )
+        rules = train(parameters, rules_of(drawn), 0.0, x, 0.7)
         assert abs(infer(rules, x).output - 0.7) < threshold
 
 
@@ -150,13 +154,32 @@ def test_training_stops_as_soon_as_the_error_is_below_the_threshold() -> None:
     x = np.array([0.1, -0.2, 0.3, 0.0])
     near = infer(rules_of(drawn), x).output + 0.01
     lax = PredictorParameters(error_threshold=0.02, max_iterations=1000)
-    assert same(train(lax, rules_of(drawn), x, near), drawn, 0.0)
+    assert same(train(lax, rules_of(drawn), 0.0, x, near), drawn, 0.0)
 
 
 def test_an_error_as_large_as_the_threshold_is_still_trained_on() -> None:
-    alone = rules_of([reference.Rule([0.0], [1.0], 1.0)])
+    alone = rules_of([reference.Rule([0.0], [1.0], 1.0), reference.Rule([99.0], [1.0], 2.0)])
     parameters = PredictorParameters(error_threshold=0.5, max_iterations=1, learning_rate=0.5)
-    assert train(parameters, alone, np.array([0.0]), 1.5).consequents == pytest.approx([1.25])
+    trained = train(parameters, alone, 0.0, np.array([0.0]), 1.5)
+    assert trained.consequents == pytest.approx([1.25, 2.0])
+
+
+def test_a_target_counts_as_no_further_away_than_the_rules_reach() -> None:
+    rules = rules_of(random_rules(np.random.default_rng(43), 4, 3))
+    x = np.array([0.1, -0.2, 0.3, 0.0])
+    reach = np.ptp(rules.consequents)
+    parameters = PredictorParameters(learning_rate=0.1)
+    at_reach = train(parameters, rules, 0.0, x, infer(rules, x).output + reach)
+    for beyond in (10.0 * reach, 1e100):
+        trained = train(parameters, rules, 0.0, x, infer(rules, x).output + beyond)
+        assert trained.consequents == pytest.approx(at_reach.consequents)
+
+
+def test_no_step_is_longer_than_a_width() -> None:
+    before = rules_of(random_rules(np.random.default_rng(47), 4, 3))
+    after = descend(1e6, before, 1e-3, infer(before, np.zeros(4)), np.zeros(4), 1.0)
+    assert (abs(after.centres - before.centres) <= before.widths * (1.0 + 1e-12)).all()
+    assert (after.widths >= 1e-3).all()
 
 
 @pytest.mark.parametrize("iterations", [0, 1, 7])
@@ -165,8 +188,8 @@ def test_training_takes_no_more_steps_than_it_may(iterations: int) -> None:
     x = [0.1, -0.2, 0.3, 0.0]
     expected: list[reference.Rule] = list(drawn)
     for _ in range(iterations):
-        expected = reference.descend(expected, x, 5.0, 0.1, narrowest=0.0)
+        expected = reference.descend(expected, x, 0.5, 0.1, narrowest=0.0)
     parameters = PredictorParameters(
         error_threshold=0.0, max_iterations=iterations, learning_rate=0.1
     )
-    assert same(train(parameters, rules_of(drawn), np.array(x), 5.0), expected, 1e-9)
+    assert same(train(parameters, rules_of(drawn), 0.0, np.array(x), 0.5), expected, 1e-9)

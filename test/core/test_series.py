@@ -23,7 +23,7 @@ SECOND = 1_000_000_000
 VARIANTS: dict[str, dict[str, object]] = {
     "plain": {},
     "predictor": {"predictor.enabled": True},
-    "one rule": {"predictor.enabled": True, "predictor.rules": 1},
+    "two rules": {"predictor.enabled": True, "predictor.rules": 2},
     "small predictor": {
         "predictor.enabled": True,
         "predictor.samples": 3,
