@@ -17,6 +17,9 @@ from fuzzy_fusion_ros.simulation.pendulum import Pendulum
 
 JOINT = "pole"
 
+FIRST = 5.0
+"""Longest wait until all reliable subscribers have the first sample of S2, seconds."""
+
 
 class PlantTopics:
     """Publishes a sample of the plant, then what the controller makes of it.
@@ -33,6 +36,7 @@ class PlantTopics:
         self.s2 = Outlet(node, "s2", POINT, recorder)
         self.s1 = Outlet(node, "s1", POINT, recorder)
         self._control = Outlet(node, "control", POINT, recorder)
+        self._began = False
 
     def send_sample(self, stamp_ns: int, plant: Pendulum, reading: Reading) -> None:
         """Publish the truth and both sensors, S1 last: it makes the estimate due."""
@@ -43,6 +47,9 @@ class PlantTopics:
             clock.clock.sec, clock.clock.nanosec = divmod(stamp_ns, SECOND_NS)
             self._clock.send(clock, stamp_ns)
         self.s2.send(point(new_message, stamp_ns, reading.s2), stamp_ns)
+        if not self._began:  # the first must not come after S1's, whoever is known first
+            self._began = True
+            self.s2.flush(FIRST)
         self.s1.send(point(new_message, stamp_ns, reading.s1), stamp_ns)
 
     def send_control(self, stamp_ns: int, force: float) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rclpy.duration import Duration
 from rclpy.publisher import Publisher
 
 from fuzzy_fusion_ros.core.sample import Sample
@@ -54,6 +55,7 @@ class Feed:
         """
         self._harness = harness
         self._type_name = type_name
+        self._began = False
         self._field = resolve_field(InstalledTypes(), type_name, field)
         self.s1 = harness.publisher(s1, type_name)
         self.s2 = harness.publisher(s2, type_name)
@@ -96,9 +98,13 @@ class Feed:
     def send(self, at: float, s1: float | None = None, s2: float | None = None) -> int:
         """Publish S2, then S1, those that are given, and wait for nothing; return the stamp."""
         stamp_ns = START_NS + round(at * SECOND_NS)
-        for publisher, value in ((self.s2, s2), (self.s1, s1)):
-            if value is not None:
-                self.publish(publisher, Sample(stamp_ns, value))
+        if s2 is not None:
+            self.publish(self.s2, Sample(stamp_ns, s2))
+            if not self._began:  # the first must not come after S1's, whoever is known first
+                self._began = True
+                self.s2.wait_for_all_acked(Duration(seconds=5))
+        if s1 is not None:
+            self.publish(self.s1, Sample(stamp_ns, s1))
         return stamp_ns
 
     def publish(self, publisher: Publisher, sample: Sample) -> None:
