@@ -74,8 +74,8 @@ class PredictorParameters(Group):
     enabled: bool = switch(False, "whether the fuzzy predictor runs")
     samples: int = integer(20, "number n of previous estimates kept", low=3, high=200)
     rules: int = integer(5, "number M of rules", low=2, high=50)
-    slope: float = real(1.0, "slope of the steepest of the first rules", unit="signal/s", low=1e-9)
-    lead: float = real(2.5, "steps that the first rules look ahead", unit="steps", high=100.0)
+    slope: float = real(0.9, "slope of the steepest of the first rules", unit="signal/s", low=1e-9)
+    lead: float = real(2.3, "steps that the first rules look ahead", unit="steps", high=100.0)
     learning_rate: float = real(0.005, "step size of the gradient descent", high=1.0)
     error_threshold: float = real(1e-3, "training stops below this error", unit="signal")
     max_iterations: int = integer(1, "bound on training steps at each sample", low=0, high=1000)
@@ -86,7 +86,7 @@ class GateParameters(Group):
     """The validity gate, method § 4."""
 
     tolerance: float = real(
-        0.11, "largest distance of prediction and aggregate at which both count", unit="signal"
+        0.04, "largest distance of prediction and aggregate at which both count", unit="signal"
     )
 
 
