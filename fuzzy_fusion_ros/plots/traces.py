@@ -21,7 +21,7 @@ COLUMNS = 1500
 
 
 def plot_score(score: Score, path: str | Path) -> None:
-    """Draw one recording into a file.
+    """Draw one recording into a file; weight and drift only where they are not constant.
 
     Args:
         score: The recording, scored.
@@ -30,7 +30,7 @@ def plot_score(score: Score, path: str | Path) -> None:
     Raises:
         FusionError: The file cannot be written or the format is unknown.
     """
-    behind = list(score.behind)
+    behind = [name for name, values in score.behind.items() if np.ptp(values) > 0.0]
     with styled():
         figure, axes = new_figure(rows=2 + len(behind), height_px=380 + 170 * len(behind) + 170)
         _draw_traces(axes[0], score)
