@@ -10,7 +10,8 @@ import pytest
 from bag.making import FLOAT, float_data
 from bag.recorded import SECOND, Scalar, at, messages, read, swing, write_scalars
 
-from fuzzy_fusion_ros.bag import BagWriter, open_bag
+from fuzzy_fusion_ros.bag import BagWriter, jazzy_types, open_bag, serialize
+from fuzzy_fusion_ros.bag.blank import blank_message
 from fuzzy_fusion_ros.bag.recording import read_explanation, read_recording
 from fuzzy_fusion_ros.bag.roles import Topics, unit_of
 from fuzzy_fusion_ros.core.errors import BagError, MessageError
@@ -118,6 +119,19 @@ def test_a_message_that_lacks_the_number_is_left_out(tmp_path: Path) -> None:
             writer.write(*each)
         writer.write("/s1", messages(path)[0].msgtype, at(1.0), b"\0\1\0\0xx")
     assert read(tmp_path / "bag").notes == ("/s1: 1 left out, message does not hold the number",)
+
+
+def test_a_message_without_the_element_is_left_out(tmp_path: Path) -> None:
+    joints = blank_message(jazzy_types(), "sensor_msgs/msg/JointState")
+    with BagWriter(tmp_path / "bag") as writer:
+        for k in range(3):
+            joints.header.stamp.sec = at(k) // SECOND
+            joints.position = np.arange(k, dtype=np.float64)
+            writer.write("/s1", "sensor_msgs/msg/JointState", at(k), serialize(joints))
+            writer.write("/s2", FLOAT, at(k), float_data(k))
+    recording = read(tmp_path / "bag", Topics(fields={"s1": "position[0]"}))
+    assert recording.s1.stamps_ns.tolist() == [at(1.0), at(2.0)]
+    assert recording.notes == ("/s1: 1 left out, message does not hold the number",)
 
 
 @pytest.mark.parametrize("topic", ["/s1", "/s2", "/estimate", "/truth"])

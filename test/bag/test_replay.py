@@ -11,8 +11,15 @@ import pytest
 from bag.making import FLOAT, POINT, float_data, point_data
 from bag.recorded import Scalar, at, messages, read, swing, write_scalars
 
-from fuzzy_fusion_ros.bag import BagMessage, BagWriter, Definition, QosProfile, open_bag
-from fuzzy_fusion_ros.bag.replay import Replayed, differences, replay
+from fuzzy_fusion_ros.bag import (
+    BagMessage,
+    BagWriter,
+    Definition,
+    QosProfile,
+    Topic,
+    open_bag,
+)
+from fuzzy_fusion_ros.bag.replay import Replayed, _declare, differences, replay
 from fuzzy_fusion_ros.bag.roles import Topics
 from fuzzy_fusion_ros.core.errors import BagError
 from fuzzy_fusion_ros.core.parameter_tree import replace
@@ -215,6 +222,13 @@ def test_messages_of_types_that_nobody_knows_are_copied(tmp_path: Path) -> None:
         writer.write(*secret)
     replayed(tmp_path / "in", tmp_path / "out")
     assert messages(tmp_path / "out", ["/secret"]) == [secret]
+
+
+def test_topics_whose_types_nobody_describes_are_declared(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "out") as writer:
+        _declare(writer, Topic("/secret", "my_msgs/msg/Secret"))
+        writer.write("/secret", "my_msgs/msg/Secret", at(0.0), b"\0\1\0\0")
+    assert len(messages(tmp_path / "out")) == 1
 
 
 def test_a_namespace_holds_for_the_explanation_too(tmp_path: Path) -> None:
