@@ -30,6 +30,10 @@ demo: venv ## close the loop over DDS, record, replay, score, plot
 reproduce: venv ## the paper's figures, and its claims as a table
 	@$(RUN) reproduce $(ARGS)
 
+.PHONY: readme
+readme: venv ## fill the README's tables and pictures with what the commands print
+	@$(RUN) python docs/make_readme.py
+
 .PHONY: bench
 bench: venv ## time the estimator, the node and the replay
 	@$(RUN) python test/bench.py $(ARGS)

@@ -1,0 +1,100 @@
+"""Fills the README's tables and pictures with what the commands print: ``make readme``."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[1]
+README = ROOT / "README.md"
+IMAGES = ROOT / "docs" / "images"
+
+METHODS = {
+    "ideal": "ideal sensor",
+    "s1": "S1 alone",
+    "s2": "S2 alone",
+    "average": "average of S1 and S2",
+    "complementary": "complementary filter",
+    "kalman": "Kalman filter that knows plant and sensors",
+    "no_drift": "fuzzy aggregator without drift",
+    "aggregator": "fuzzy aggregator",
+    "complete": "fuzzy aggregator and predictor",
+}
+FILTERS = {
+    "s1": "S1",
+    "s2": "S2, held",
+    "average": "average",
+    "constant_weight": "best constant weight",
+    "complementary": "complementary filter",
+    "complementary_lowpass": "complementary filter, S1 low-passed first",
+    "kalman": "Kalman filter, random walk",
+    "kalman_bias": "Kalman filter with S1's bias as a state",
+    "estimate": "this package",
+}
+CAR = ["bags/car_accel", "--params", "bags/car_accel.yaml", "--unit", "m/s^2"]
+
+
+def main() -> None:
+    """Run the commands, rewrite the README and its pictures."""
+    with tempfile.TemporaryDirectory() as scratch:
+        results = Path(scratch, "paper.json")
+        call("reproduce", "--output", scratch, "--json", str(results), allowed=(0, 1))
+        shutil.copy(Path(scratch, "fig18.png"), IMAGES)
+        runs = json.loads(results.read_text())["runs"]
+        scores = Path(scratch, "car.json")
+        call("score", *CAR, "--start", "300", "--json", str(scores))
+        car = json.loads(scores.read_text())["estimators"]
+    picture = str(IMAGES / "car_accel.png")
+    call("score", *CAR, "--start", "460", "--end", "520", "--plot", picture)
+    text = README.read_text()
+    text = filled(text, "reproduce: nominal", nominal_table(runs))
+    text = filled(text, "demo: car_accel", car_table(car))
+    README.write_text(text)
+
+
+def call(command: str, *arguments: str, allowed: Sequence[int] = (0,)) -> None:
+    """Run one of our commands; end with its status if that is not allowed."""
+    done = subprocess.run([command, *arguments], cwd=ROOT, stdout=subprocess.DEVNULL, check=False)
+    if done.returncode not in allowed:
+        sys.exit(done.returncode)
+
+
+def filled(text: str, marker: str, rows: Iterable[str]) -> str:
+    """Put rows between a marker and the next end."""
+    pattern = re.compile(rf"(<!-- {re.escape(marker)} -->\n).*?(<!-- end -->)", re.DOTALL)
+    return pattern.sub(lambda found: found[1] + "\n".join(rows) + "\n" + found[2], text)
+
+
+def nominal_table(runs: Sequence[dict[str, Any]]) -> Iterable[str]:
+    """Yield the rows of the benchmark's nominal point."""
+    yield "| balanced on | IAE, rad s | ITAE, rad s² | RMS error of the estimate, rad |"
+    yield "|---|---|---|---|"
+    for method, name in METHODS.items():
+        at = [r for r in runs if r["method"] == method and is_nominal(r)]
+        means = [statistics.fmean(r[key] for r in at) for key in ("iae", "itae", "rmse")]
+        yield f"| {name} | {means[0]:.3g} | {means[1]:.3g} | {means[2]:.2g} |"
+
+
+def is_nominal(run: dict[str, Any]) -> bool:
+    """Return whether a run is at the benchmark's nominal point."""
+    return (run["tau2"], run["sigma1"], run["bias1"]) == (0.2, 0.05, -0.03)
+
+
+def car_table(estimators: dict[str, dict[str, float]]) -> Iterable[str]:
+    """Yield the rows of the real recording."""
+    yield "| filter | RMS error, m/s² |"
+    yield "|---|---|"
+    for key, name in FILTERS.items():
+        yield f"| {name} | {estimators[key]['rmse']:.3f} |"
+
+
+if __name__ == "__main__":
+    main()
