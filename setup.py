@@ -42,13 +42,15 @@ TEST = [
     "colcon-bash==0.5.0",  # pinned with colcon-ros
     "colcon-ros==0.5.0",  # pinned: the build that the packaging tests were written against
     "coverage>=7.10",  # measures child processes without help
+    "filterpy==2.0.0",  # pinned: an oracle for the Kalman filters, and what benchmarks run against
     "hypothesis",
     "mypy==2.4.1",  # pinned: each release finds other things
     "pytest-timeout",
     "pytest>=8.2",
     "ruff==0.17.6",  # pinned: each release formats a little differently
+    "scikit-fuzzy==0.5.0",  # pinned: what benchmarks run against
     "setuptools>=65,<80",  # colcon needs `setup.py develop --editable`, gone in 80
-    "simpful==2.12.0",  # pinned: an oracle for the rules, not to move under the tests
+    "simpful==2.12.0",  # pinned: an oracle for the rules, and what benchmarks run against
     "types-PyYAML",
     "types-tqdm",
     "wheel",

@@ -1,0 +1,44 @@
+"""The pages say what the code does."""
+
+from __future__ import annotations
+
+import re
+import runpy
+from pathlib import Path
+
+import pytest
+
+from fuzzy_fusion_ros.core.guard import Drop
+from fuzzy_fusion_ros.messages.outputs import EXPLANATION
+from fuzzy_fusion_ros.nodes.modes import Mode
+from fuzzy_fusion_ros.nodes.sensor_report import UNREADABLE
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+NODE_PAGE = (ROOT / "docs" / "fusion_node.md").read_text()
+
+
+def test_the_parameter_table_is_that_of_the_code() -> None:
+    made = runpy.run_path(str(ROOT / "docs" / "make_parameters.py"))
+    assert made["filled"](NODE_PAGE) == NODE_PAGE
+
+
+@pytest.mark.parametrize("drop", [each.value for each in Drop] + [UNREADABLE])
+def test_every_reason_to_drop_is_documented(drop: str) -> None:
+    assert f"`dropped: {drop}`" in NODE_PAGE
+
+
+@pytest.mark.parametrize("mode", list(Mode))
+def test_every_mode_is_documented(mode: Mode) -> None:
+    assert f"`{mode.name}`" in NODE_PAGE
+
+
+@pytest.mark.parametrize("topic", list(EXPLANATION))
+def test_every_explanation_topic_is_documented(topic: str) -> None:
+    assert f"`~/{topic}`" in NODE_PAGE
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_within_the_repository_lead_somewhere(page: Path) -> None:
+    for target in re.findall(r"\]\(([^)#:]+)\)", page.read_text()):
+        assert (page.parent / target).exists(), target
