@@ -11,7 +11,7 @@ from rclpy.serialization import serialize_message
 
 from fuzzy_fusion_ros.messages import load_message_class
 from fuzzy_fusion_ros.messages.cdr import padding_eraser
-from fuzzy_fusion_ros.nodes.qos import OUTPUT, OVERRIDABLE
+from fuzzy_fusion_ros.nodes.qos import OUTPUT, OVERRIDABLE, overridable
 from fuzzy_fusion_ros.nodes.recorder import Recorder
 
 
@@ -34,9 +34,11 @@ class Outlet:
         Raises:
             MessageError: The type is not installed.
         """
-        self._publisher = node.create_publisher(
-            load_message_class(type_name), topic, profile, qos_overriding_options=OVERRIDABLE
-        )
+        message_type = load_message_class(type_name)
+        with overridable(topic):
+            self._publisher = node.create_publisher(
+                message_type, topic, profile, qos_overriding_options=OVERRIDABLE
+            )
         self.topic: str = self._publisher.topic_name
         self._clean = padding_eraser(type_name)
         self._recorder = recorder

@@ -15,6 +15,7 @@ from rcl_interfaces.msg import (
 )
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
+from rclpy.exceptions import ParameterException
 from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -66,7 +67,10 @@ class ConfiguredNode(Node, Generic[G]):
             ParameterError: An override is unknown, of the wrong type or out of range, or a file
                 holds nothing for this node.
         """
-        super().__init__(name, **options)
+        try:
+            super().__init__(name, **options)
+        except ParameterException as error:  # of one that every node has
+            raise ParameterError(_builtin_in(str(error)), str(error)) from None
         for path in parameter_files:
             load(path, self.get_fully_qualified_name())
         self.finished = False
@@ -94,6 +98,10 @@ class ConfiguredNode(Node, Generic[G]):
         self._first.cancel()
         self.spinning = True
         self.on_spinning()
+        for name in self._parameter_overrides:
+            if not self.has_parameter(name):  # of a topic that is not there
+                known = ", ".join(n for n in self._parameters if n.startswith("qos_overrides."))
+                raise ParameterError(name, f"unknown; known are {known}")
 
     def guarded(self, callback: Callable[..., None]) -> Callable[..., None]:
         """Return a callback whose :class:`FusionError` ends the node, not the executor."""
@@ -171,6 +179,10 @@ def to_message(descriptor: Descriptor, fixed: bool) -> ParameterDescriptor:
         whole = IntegerRange(from_value=int(descriptor.low), to_value=int(descriptor.high), step=1)
         message.integer_range = [whole]
     return message
+
+
+def _builtin_in(text: str) -> str:
+    return next(name for name in text.replace("'", " ").split() if is_builtin(name))
 
 
 def _as_number(parameter: Parameter, kind: type | None) -> Parameter:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from typing import Any
 
+from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_policy_name_from_kind
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from fuzzy_fusion_ros.bag.qos import QosProfile as RecordedProfile
+from fuzzy_fusion_ros.core.errors import ParameterError
 
 OUTPUT = QoSProfile(depth=10)
 """Of everything that is published: reliable, which best-effort subscriptions accept too."""
@@ -27,6 +31,21 @@ def input_profile(name: str) -> QoSProfile:
     if name == "reliable":
         return QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
     return QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+@contextlib.contextmanager
+def overridable(topic: str) -> Iterator[None]:
+    """Create a publisher or subscription in it: a wrong ``qos_overrides`` is a parameter error.
+
+    Raises:
+        ParameterError: The override is of the wrong type, or no value of its policy.
+    """
+    try:
+        yield
+    except (ParameterException, RuntimeError) as error:
+        if "QoS override" not in str(error) and not isinstance(error, ParameterException):
+            raise
+        raise ParameterError(f"qos_overrides of {topic}", str(error)) from None
 
 
 def describe(profile: QoSProfile) -> str:

@@ -24,7 +24,7 @@ from fuzzy_fusion_ros.messages import (
 from fuzzy_fusion_ros.nodes.losses import Losses, WithNumber
 from fuzzy_fusion_ros.nodes.node_time import NodeTime
 from fuzzy_fusion_ros.nodes.parameters import ConfiguredNode
-from fuzzy_fusion_ros.nodes.qos import OVERRIDABLE, log_incompatible
+from fuzzy_fusion_ros.nodes.qos import OVERRIDABLE, log_incompatible, overridable
 from fuzzy_fusion_ros.nodes.recorder import Recorder
 
 
@@ -96,18 +96,20 @@ class SensorInput:
         self._future_tolerance = future_tolerance
         self._warned = False
         self._losses = Losses()
-        self._subscription = node.create_subscription(
-            self._message_type,
-            topic,
-            WithNumber(node.guarded(self._on_message)),
-            profile,
-            event_callbacks=SubscriptionEventCallbacks(
-                incompatible_qos=lambda event: log_incompatible(node, self.topic, profile, event),
-                message_lost=self._on_lost,
-            ),
-            qos_overriding_options=OVERRIDABLE,
-            raw=True,
+        events = SubscriptionEventCallbacks(
+            incompatible_qos=lambda event: log_incompatible(node, self.topic, profile, event),
+            message_lost=self._on_lost,
         )
+        with overridable(topic):
+            self._subscription = node.create_subscription(
+                self._message_type,
+                topic,
+                WithNumber(node.guarded(self._on_message)),
+                profile,
+                event_callbacks=events,
+                qos_overriding_options=OVERRIDABLE,
+                raw=True,
+            )
         self.topic: str = self._subscription.topic_name
         recorder.add(self.topic, self.type_name, profile)
 

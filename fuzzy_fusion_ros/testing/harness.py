@@ -64,6 +64,7 @@ class Harness:
             self.context.init([], domain_id=self.domain_id)
             opening.callback(self.context.try_shutdown)
             self._executor = executor_for(self.context)
+            opening.callback(self._drop_executor)
             self.node = Node("harness", context=self.context)
             self._executor.add_node(self.node)
             opening.callback(self._close_node, self.node)
@@ -199,6 +200,11 @@ class Harness:
         ]
         known = publisher.get_subscription_count()
         return known >= max(1, len(ours)) and all(each.get_publisher_count() > 0 for each in ours)
+
+    def _drop_executor(self) -> None:
+        """Let go of what it holds of closed nodes, even if a failed test keeps the harness."""
+        self._executor.shutdown()
+        del self._executor
 
     def _close_node(self, node: Node) -> None:
         self._executor.remove_node(node)

@@ -1,0 +1,17 @@
+"""Writes config/fusion_node.yaml anew, after a change of the defaults."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.parameter_file import dump
+
+PATH = Path(__file__).parents[2] / "config" / "fusion_node.yaml"
+COMMENTS = (
+    "All parameters of fusion_node, at their defaults.",
+    "fusion_node --params config/fusion_node.yaml",
+)
+
+if __name__ == "__main__":
+    dump(Parameters(), PATH, COMMENTS)
