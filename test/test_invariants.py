@@ -178,7 +178,7 @@ def test_whatever_comes_in_what_comes_out_is_finite(
         "trigger": trigger,
         "predictor.enabled": True,
         "predictor.samples": 3,
-        "predictor.rules": 1,
+        "predictor.rules": 2,
     }
     if conditioned:
         changes |= {
