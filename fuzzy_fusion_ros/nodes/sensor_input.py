@@ -87,7 +87,7 @@ class SensorInput:
         self.received = 0
         self.unreadable = 0
         self.last_problem = ""
-        self._log = node.log
+        self._node = node
         self._time = node_time
         self._heard_ns = node_time.age_ns()
         self._message_type = load_message_class(self.type_name)
@@ -126,6 +126,11 @@ class SensorInput:
             self._heard_ns = now_ns
         return seconds_between(self._heard_ns, now_ns)
 
+    def other_types(self) -> list[str]:
+        """Return the types other than ours that the topic is published as."""
+        offers = self._node.get_publishers_info_by_topic(self.topic)
+        return sorted({offer.topic_type for offer in offers} - {self.type_name})
+
     def _on_lost(self, event: Any) -> None:
         self._losses.report(event.total_count)
 
@@ -159,7 +164,7 @@ class SensorInput:
 
     def _warn_unstamped(self) -> None:
         self._warned = True
-        self._log.warning(
+        self._node.log.warning(
             f"{self.topic}: {self.type_name} carries no stamp, the time of receipt is used: "
             "delays on the way count as motion of the signal"
         )

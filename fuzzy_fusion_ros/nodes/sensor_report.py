@@ -41,7 +41,7 @@ class SensorReport:
         """Say how the sensor is."""
         age, timeout = self._source.age, self._timeout()
         counts = self._current_counts()
-        findings = [] if age <= timeout else [Finding(Level.WARN, f"silent for {age:.1f} s")]
+        findings = list(self._silence(age)) if age > timeout else []
         findings += [
             Finding(Level.WARN, f"{count - self._counts.get(what, 0)} {what}")
             for what, count in counts.items()
@@ -59,6 +59,12 @@ class SensorReport:
             "last unreadable message": self._source.last_problem,
         }
         yield Report(self._part, findings, values, self._source.topic)
+
+    def _silence(self, age: float) -> Iterator[Finding]:
+        yield Finding(Level.WARN, f"silent for {age:.1f} s")
+        for other in self._source.other_types():
+            ours = self._source.type_name
+            yield Finding(Level.WARN, f"is published as {other}, subscribed as {ours}")
 
     def _current_counts(self) -> dict[str, int]:
         counts = {f"dropped: {each.value}": self._guard.dropped[each] for each in Drop}

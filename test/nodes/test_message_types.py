@@ -1,0 +1,266 @@
+"""Any installed message type, by name and field path; the estimate drops in where S2 was."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import pytest
+from nodes.watching import WARN, Diagnostics, Log
+from rclpy.context import Context
+from rclpy.node import Node
+
+from fuzzy_fusion_ros.core.errors import FusionError
+from fuzzy_fusion_ros.messages import load_message_class
+from fuzzy_fusion_ros.nodes.fusion_node import FusionNode
+from fuzzy_fusion_ros.nodes.qos import ESTIMATE
+from fuzzy_fusion_ros.testing import Harness
+from fuzzy_fusion_ros.testing.harness import EVERY_MESSAGE
+
+
+def stamped(type_name: str, at: float, **fields: Any) -> Any:
+    """A message of a type, stamped in seconds."""
+    message = load_message_class(type_name)(**fields)
+    message.header.stamp.sec, message.header.stamp.nanosec = int(at), round(at % 1 * 1e9)
+    message.header.frame_id = "sensor"
+    return message
+
+
+def imu(at: float, value: float) -> Any:
+    message = stamped("sensor_msgs/msg/Imu", at)
+    message.linear_acceleration.x = value
+    message.linear_acceleration.z = 9.8
+    message.orientation_covariance[0] = -1.0
+    return message
+
+
+def joint_state(at: float, value: float) -> Any:
+    names, positions = ["wheel", "pole"], [7.0, value]
+    return stamped("sensor_msgs/msg/JointState", at, name=names, position=positions)
+
+
+class Kind(NamedTuple):
+    """A type as a sensor.
+
+    Attributes:
+        type_name: The type.
+        field: The path of the number.
+        make: Makes a message of a stamp in seconds and a number.
+        read: Reads the number.
+        rest: Reads what the estimate must have left as it was.
+    """
+
+    type_name: str
+    field: str
+    make: Callable[[float, float], Any]
+    read: Callable[[Any], float]
+    rest: Callable[[Any], Any]
+
+
+KINDS = {
+    "Imu": Kind(
+        "sensor_msgs/msg/Imu",
+        "linear_acceleration.x",
+        imu,
+        lambda message: message.linear_acceleration.x,
+        lambda message: (message.linear_acceleration.z, message.orientation_covariance[0]),
+    ),
+    "JointState, by name": Kind(
+        "sensor_msgs/msg/JointState",
+        "name=pole:position",
+        joint_state,
+        lambda message: message.position[1],
+        lambda message: (list(message.name), message.position[0]),
+    ),
+    "JointState, by index": Kind(
+        "sensor_msgs/msg/JointState",
+        "position[1]",
+        joint_state,
+        lambda message: message.position[1],
+        lambda message: (list(message.name), message.position[0]),
+    ),
+    "Temperature, short name": Kind(
+        "sensor_msgs/Temperature",
+        "",
+        lambda at, x: stamped("sensor_msgs/msg/Temperature", at, temperature=x, variance=0.5),
+        lambda message: message.temperature,
+        lambda message: message.variance,
+    ),
+    "Range": Kind(
+        "sensor_msgs/msg/Range",
+        "range",
+        lambda at, x: stamped("sensor_msgs/msg/Range", at, range=x, max_range=8.0),
+        lambda message: message.range,
+        lambda message: message.max_range,
+    ),
+    "FluidPressure": Kind(
+        "sensor_msgs/msg/FluidPressure",
+        "fluid_pressure",
+        lambda at, x: stamped("sensor_msgs/msg/FluidPressure", at, fluid_pressure=x, variance=3.0),
+        lambda message: message.fluid_pressure,
+        lambda message: message.variance,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_the_estimate_is_s2s_message_with_number_and_stamp_replaced(
+    harness: Harness, name: str
+) -> None:
+    kind = KINDS[name]
+    full_name = kind.type_name.replace("/msg", "").replace("/", "/msg/")
+    harness.fusion_node({"s2.type": kind.type_name, "s2.field": kind.field, "trigger": "pair"})
+    s1 = harness.publisher("/s1")
+    s2 = harness.publisher("/s2", full_name)
+    estimates = harness.record("/estimate", full_name, ESTIMATE)
+    harness.spin_until_matched(s1, s2)
+    for at in (5.0, 5.25):
+        s2.publish(kind.make(at, 2.0))
+        s1.publish(stamped("geometry_msgs/msg/PointStamped", at))
+    harness.spin_until(lambda: len(estimates) == 2)
+    wanted = kind.make(5.25, 0.0)
+    assert estimates[1].header == wanted.header
+    assert kind.rest(estimates[1]) == kind.rest(wanted)
+    assert 0.0 <= kind.read(estimates[1]) < 2.0 or kind.read(estimates[1]) == 2.0
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_s1_is_read_from_any_type(harness: Harness, name: str) -> None:
+    kind = KINDS[name]
+    full_name = kind.type_name.replace("/msg", "").replace("/", "/msg/")
+    parameters = {"s1.type": kind.type_name, "s1.field": kind.field, "s2.timeout": 0.01}
+    harness.fusion_node(parameters)
+    s1 = harness.publisher("/s1", full_name)
+    estimates = harness.record("/estimate", qos=ESTIMATE)
+    harness.spin_until_matched(s1)
+    for at in (5.0, 5.25):  # S2 never speaks: S1 alone, as it came
+        s1.publish(kind.make(at, 1.5))
+    harness.spin_until(lambda: estimates)
+    assert estimates[0].point.x == 1.5
+    assert (estimates[0].header.stamp.sec, estimates[0].header.stamp.nanosec) == (5, 250_000_000)
+
+
+def test_messages_without_stamp_get_the_time_of_receipt_and_one_warning(
+    harness: Harness, log: Log
+) -> None:
+    node = harness.fusion_node(
+        {"s1.type": "std_msgs/msg/Float64", "s2.type": "std_msgs/msg/Float64"}
+    )
+    s1 = harness.publisher("/s1", "std_msgs/msg/Float64")
+    s2 = harness.publisher("/s2", "std_msgs/msg/Float64")
+    estimates = harness.record("/estimate", "std_msgs/msg/Float64", ESTIMATE)
+    weights = harness.record("/fusion_node/weight")
+    harness.spin_until_matched(s1, s2)
+    harness.spin_until(lambda: node.count_subscribers("/fusion_node/weight"))
+    before_ns = node.get_clock().now().nanoseconds
+    number = load_message_class("std_msgs/msg/Float64")
+
+    def feed_until_fused() -> bool:
+        s2.publish(number(data=3.0))
+        s1.publish(number(data=3.0))
+        return bool(weights)
+
+    harness.spin_until(feed_until_fused)
+    after_ns = node.get_clock().now().nanoseconds
+    assert estimates[0].data == 3.0
+    stamp = weights[0].header.stamp
+    assert before_ns <= stamp.sec * 10**9 + stamp.nanosec <= after_ns
+    assert log.wait_for("/s1: std_msgs/msg/Float64 carries no stamp, the time of receipt is used")
+    assert log.wait_for("/s2: std_msgs/msg/Float64 carries no stamp")
+    assert log.count("/s1: std_msgs/msg/Float64 carries no stamp") == 1
+
+
+def test_an_estimate_of_another_type_takes_the_frame_of_s2(harness: Harness) -> None:
+    kind = "sensor_msgs/msg/Temperature"
+    harness.fusion_node({"estimate.type": kind, "trigger": "pair"})
+    s1, s2 = harness.publisher("/s1"), harness.publisher("/s2")
+    estimates = harness.record("/estimate", kind, ESTIMATE)
+    harness.spin_until_matched(s1, s2)
+    for publisher in (s2, s1):
+        publisher.publish(stamped("geometry_msgs/msg/PointStamped", 5.0))
+    harness.spin_until(lambda: estimates)
+    assert estimates[0].header.frame_id == "sensor"
+    assert estimates[0].temperature == 0.0
+
+
+def test_an_estimate_may_go_to_another_field_of_s2s_type(harness: Harness) -> None:
+    harness.fusion_node({"estimate.field": "point.z", "trigger": "pair"})
+    s1, s2 = harness.publisher("/s1"), harness.publisher("/s2")
+    estimates = harness.record("/estimate", qos=ESTIMATE)
+    harness.spin_until_matched(s1, s2)
+    for publisher in (s2, s1):
+        message = stamped("geometry_msgs/msg/PointStamped", 5.0)
+        message.point.x = 4.0
+        publisher.publish(message)
+    harness.spin_until(lambda: estimates)
+    assert (estimates[0].point.x, estimates[0].point.z) == (4.0, 4.0)
+
+
+def test_a_message_without_the_element_is_counted_and_named(
+    harness: Harness, diagnostics: Diagnostics
+) -> None:
+    kind = "sensor_msgs/msg/JointState"
+    parameters = {"s1.type": kind, "s1.field": "name=pole:position", "trigger": "pair"}
+    harness.fusion_node(parameters)
+    s1, s2 = harness.publisher("/s1", kind), harness.publisher("/s2")
+    estimates = harness.record("/estimate", qos=ESTIMATE)
+    harness.spin_until_matched(s1, s2)
+    s1.publish(stamped(kind, 4.0, name=["wheel"], position=[1.0]))
+    s1.publish(stamped(kind, 4.5, name=["wheel", "pole"], position=[1.0]))
+    s2.publish(stamped("geometry_msgs/msg/PointStamped", 5.0))
+    s1.publish(joint_state(5.0, 0.0))
+    harness.spin_until(lambda: estimates)
+    status = diagnostics.saying("fusion_node: s1", "2 dropped: message lacks the field")
+    assert status.level == WARN
+    assert status.values["dropped: message lacks the field"] == "2"
+    assert "position has 1 elements" in status.values["last unreadable message"]
+
+
+def test_an_estimate_that_fits_into_no_message_is_an_error_in_diagnostics(
+    harness: Harness, diagnostics: Diagnostics
+) -> None:
+    kind = "sensor_msgs/msg/JointState"
+    harness.fusion_node({"s2.type": kind, "s2.field": "name=pole:position", "s2.timeout": 0.01})
+    s1 = harness.publisher("/s1")
+    harness.spin_until_matched(s1)
+    for at in (5.0, 5.25):  # S2 never speaks, so there is no message of it to copy
+        s1.publish(stamped("geometry_msgs/msg/PointStamped", at))
+    status = diagnostics.saying("fusion_node: fusion", "estimates not published: field")
+    assert status.level == 2
+    assert status.values["estimates not published"] == "1"
+
+
+REFUSED = {
+    "no such type": ({"s1.type": "std_msgs/msg/Flot64"}, "did you mean std_msgs/msg/Float64?"),
+    "no such package": ({"s2.type": "nowhere_msgs/msg/Float64"}, "'nowhere_msgs/msg/Float64' is"),
+    "malformed": ({"s1.type": "Float64"}, "message type 'Float64' is malformed: give package/msg"),
+    "no such field": ({"s1.field": "point.w"}, "choose one of: point.x, point.y, point.z"),
+    "no number": ({"s2.field": "header.frame_id"}, "no number; choose one of: point.x"),
+    "no default": ({"s1.type": "sensor_msgs/msg/Imu"}, "no default field; choose one of: ori"),
+    "of the estimate": ({"estimate.type": "std_msgs/msg/String"}, "holds no number at all"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_type_or_field_that_is_none_refuses_the_start(harness: Harness, name: str) -> None:
+    given, problem = REFUSED[name]
+    with pytest.raises(FusionError) as refusal:
+        harness.add(FusionNode, given)
+    assert problem in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+def test_another_type_on_the_topic_is_named_and_not_taken_for_ours(
+    harness: Harness, diagnostics: Diagnostics
+) -> None:
+    harness.fusion_node({"trigger": "pair", "s1.timeout": 0.1})
+    with Context() as context:  # one participant cannot have two types on one topic
+        stranger = Node("stranger", context=context)
+        kind = load_message_class("std_msgs/msg/Float64")
+        publisher = stranger.create_publisher(kind, "/s1", EVERY_MESSAGE)
+        publisher.publish(kind(data=1e9))
+        message = "is published as std_msgs/msg/Float64, subscribed as geometry_msgs/msg/PointSta"
+        assert diagnostics.saying("fusion_node: s1", message).level == WARN
+        feed = harness.feed()
+        assert feed(0.0, s1=1.0, s2=1.0) == 1.0
+        stranger.destroy_node()
