@@ -131,8 +131,10 @@ class FusionNode(ConfiguredNode[Parameters]):
         """Let the next sample see new parameters, and what is said of them start anew."""
         self._fusion.parameters = self.parameters
         self._rules.restart()
-        if self.parameters.trigger == "timer":
-            self._ticks.timer_period_ns = 1e9 / self.parameters.rate
+        period_ns = int(1e9 / self.parameters.rate)
+        if self.parameters.trigger == "timer" and self._ticks.timer_period_ns != period_ns:
+            self._ticks.timer_period_ns = period_ns
+            self._ticks.reset()
 
     def destroy_node(self) -> None:
         """Finish the bag, then leave the graph."""

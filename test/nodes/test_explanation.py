@@ -1,0 +1,90 @@
+"""The topics that explain each estimate, only while someone listens."""
+
+from __future__ import annotations
+
+import pytest
+
+from fuzzy_fusion_ros.messages.outputs import EXPLANATION, explain
+from fuzzy_fusion_ros.testing import Feed, Harness
+
+SCALARS = ("weight", "drift", "aggregate", "prediction", "innovation")
+
+
+def ramp(feed: Feed, start: int, end: int) -> list[float]:
+    return [feed(0.01 * k, s1=0.02 * k + 0.1 * (-1) ** k, s2=0.02 * k) for k in range(start, end)]
+
+
+def test_numbers_behind_each_estimate_are_stamped_as_it_is_and_add_up(harness: Harness) -> None:
+    node = harness.fusion_node({"predictor.enabled": True})
+    heard = {name: harness.record(f"/fusion_node/{name}") for name in SCALARS}
+    strengths = harness.record("/fusion_node/firing_strengths", "std_msgs/msg/Float64MultiArray")
+    feed = harness.feed()
+    topics = [f"/fusion_node/{name}" for name in EXPLANATION]
+    harness.spin_until(lambda: all(node.count_subscribers(topic) for topic in topics))
+    estimates = ramp(feed, 0, 80)
+    harness.spin_until(lambda: len(strengths) == len(estimates))
+    by_stamp = {
+        name: {(m.header.stamp.sec, m.header.stamp.nanosec): m.point.x for m in messages}
+        for name, messages in heard.items()
+    }
+    stamps = list(by_stamp["aggregate"])
+    assert len(stamps) == len(estimates)
+    assert by_stamp["weight"].keys() == by_stamp["drift"].keys() == by_stamp["aggregate"].keys()
+    assert by_stamp["prediction"].keys() == by_stamp["innovation"].keys()
+    assert 0 < len(by_stamp["prediction"]) < len(estimates)  # none before it has learnt
+    for stamp, estimate, message in zip(stamps, estimates, strengths, strict=True):
+        aggregate, prediction = by_stamp["aggregate"][stamp], by_stamp["prediction"].get(stamp)
+        if prediction is None:
+            assert estimate == aggregate
+        else:
+            assert estimate in (aggregate, 0.5 * prediction + 0.5 * aggregate)
+            assert by_stamp["innovation"][stamp] == aggregate - prediction
+        assert sum(message.data) == pytest.approx(1.0)
+        assert 0.0 <= by_stamp["weight"][stamp] <= 1.0
+
+
+def test_firing_strengths_are_labelled_in_the_order_of_table_1(harness: Harness) -> None:
+    node = harness.fusion_node({"aggregator.rate_time_constant": 0.0})
+    messages = harness.record("/fusion_node/firing_strengths", "std_msgs/msg/Float64MultiArray")
+    feed = harness.feed()
+    harness.spin_until(lambda: node.count_subscribers("/fusion_node/firing_strengths"))
+    feed(0.0, s1=0.0, s2=0.0)
+    feed(0.01, s1=1e6, s2=0.0)  # far apart, S2 at rest
+    feed(0.02, s1=1e6, s2=1e6)  # together, S2 on the move
+    feed(0.03, s1=-1e6, s2=2e6)
+    harness.spin_until(lambda: len(messages) == 4)
+    assert [list(message.data) for message in messages] == [
+        [1.0, 0.0, 0.0, 0.0],
+        [0.0, 0.0, 1.0, 0.0],
+        [0.0, 1.0, 0.0, 0.0],
+        [0.0, 0.0, 0.0, 1.0],
+    ]
+    difference, rate = messages[0].layout.dim
+    assert (difference.label, difference.size, difference.stride) == (
+        "difference: small, large",
+        2,
+        4,
+    )
+    assert (rate.label, rate.size, rate.stride) == ("rate: small, large", 2, 2)
+
+
+def test_nothing_is_made_while_nobody_listens(
+    harness: Harness, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[str] = []
+    original = explain
+
+    def counted(*arguments: object) -> object:
+        made.append("once")
+        return original(*arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr("fuzzy_fusion_ros.nodes.estimates.explain", counted)
+    node = harness.fusion_node()
+    feed = harness.feed()
+    ramp(feed, 0, 5)
+    assert made == []
+    weights = harness.record("/fusion_node/weight")
+    harness.spin_until(lambda: node.count_subscribers("/fusion_node/weight"))
+    ramp(feed, 5, 8)
+    harness.spin_until(lambda: len(weights) == 3)
+    assert made == ["once"] * 3
