@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Any
 
 from rclpy.duration import Duration
@@ -35,6 +36,7 @@ class Outlet:
             MessageError: The type is not installed.
         """
         message_type = load_message_class(type_name)
+        profile = copy.copy(profile)  # overrides are written into it
         with overridable(topic):
             self._publisher = node.create_publisher(
                 message_type, topic, profile, qos_overriding_options=OVERRIDABLE

@@ -8,7 +8,13 @@ from typing import Any
 
 from rclpy.exceptions import ParameterException
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_policy_name_from_kind
+from rclpy.qos import (
+    DurabilityPolicy,
+    LivelinessPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+    qos_policy_name_from_kind,
+)
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from fuzzy_fusion_ros.bag.qos import QosProfile as RecordedProfile
@@ -50,9 +56,11 @@ def overridable(topic: str) -> Iterator[None]:
 
 def describe(profile: QoSProfile) -> str:
     """Return the policies that decide whether two ends match."""
-    names = (profile.reliability.name, profile.durability.name, profile.liveliness.name)
-    text = ", ".join(name.lower().replace("_", " ") for name in names)
-    return f"{text}, deadline {_seconds(profile.deadline)}"
+    text = f"{_words(profile.reliability)}, {_words(profile.durability)}"
+    if profile.liveliness == LivelinessPolicy.MANUAL_BY_TOPIC:
+        text += ", liveliness manual by topic"
+    seconds = profile.deadline.nanoseconds * 1e-9
+    return f"{text}, deadline {seconds:g} s" if 0.0 < seconds < 1e9 else text
 
 
 def log_incompatible(node: Node, topic: str, own: QoSProfile, event: Any) -> None:
@@ -77,6 +85,5 @@ def recorded(profile: QoSProfile) -> RecordedProfile:
     )
 
 
-def _seconds(duration: Any) -> str:
-    seconds = duration.nanoseconds * 1e-9
-    return f"{seconds:g} s" if 0.0 < seconds < 1e9 else "none"
+def _words(policy: Any) -> str:
+    return str(policy.name).lower().replace("_", " ")
