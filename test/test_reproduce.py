@@ -12,11 +12,11 @@ import pytest
 
 from fuzzy_fusion_ros.cli import reproduce as cli
 from fuzzy_fusion_ros.cli.reproduce import figures_in, main
+from fuzzy_fusion_ros.paper.findings import Finding
+from fuzzy_fusion_ros.paper.methods import METHODS
+from fuzzy_fusion_ros.paper.sweep import SWEEPS, points_of
+from fuzzy_fusion_ros.paper.tables import FIGURES
 from fuzzy_fusion_ros.plots.reproduction import Reproduction
-from fuzzy_fusion_ros.scoring.findings import Finding
-from fuzzy_fusion_ros.scoring.paper_tables import FIGURES
-from fuzzy_fusion_ros.simulation.methods import METHODS
-from fuzzy_fusion_ros.simulation.sweep import SWEEPS, points_of
 
 SEEDS = 3
 

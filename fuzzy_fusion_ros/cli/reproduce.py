@@ -16,9 +16,9 @@ from pathlib import Path
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import progress
 from fuzzy_fusion_ros.cli.status import DONE, FAILED, command, say
+from fuzzy_fusion_ros.paper.claims_report import as_document, findings_table
+from fuzzy_fusion_ros.paper.tables import FIGURES
 from fuzzy_fusion_ros.plots.reproduction import Reproduction, reproduce
-from fuzzy_fusion_ros.scoring.claims_report import as_document, findings_table
-from fuzzy_fusion_ros.scoring.paper_tables import FIGURES
 
 FIRST_SEED = 1000
 """The defaults of the fusion were found with smaller seeds."""

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-ROOMS = ("core", "simulation", "baselines")
+ROOMS = ("core", "simulation", "baselines", "paper")
 """Where compiled functions live."""
 
 F = TypeVar("F", bound=Callable[..., Any])

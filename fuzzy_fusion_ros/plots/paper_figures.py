@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
+from fuzzy_fusion_ros.paper.tables import RESPONSES, SWEPT, Table
 from fuzzy_fusion_ros.plots.canvas import Canvas, canvas, outlined, put_legend, put_title
 from fuzzy_fusion_ros.plots.style import COLOURS
 from fuzzy_fusion_ros.plots.sweep_figures import draw_sweep
-from fuzzy_fusion_ros.scoring.paper_tables import RESPONSES, SWEPT, Table
 from fuzzy_fusion_ros.simulation.scenario import Scenario
 
 START = (0.0, 3.0)
@@ -45,7 +45,7 @@ def draw(number: int, table: Table) -> Figure:
 
     Args:
         number: Its number, 6 to 23.
-        table: What it shows, from :func:`fuzzy_fusion_ros.scoring.paper_tables.table_of`.
+        table: What it shows, from :func:`fuzzy_fusion_ros.paper.tables.table_of`.
     """
     if number in SWEPT:
         return draw_sweep(number, table)

@@ -7,11 +7,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
+from fuzzy_fusion_ros.paper.findings import SYMBOLS
+from fuzzy_fusion_ros.paper.sweep import NOMINAL, SWEEPS
+from fuzzy_fusion_ros.paper.tables import SWEPT, Table
 from fuzzy_fusion_ros.plots.canvas import canvas, outlined, put_legend, put_title
 from fuzzy_fusion_ros.plots.style import COLOURS, NAMES
-from fuzzy_fusion_ros.scoring.findings import SYMBOLS
-from fuzzy_fusion_ros.scoring.paper_tables import SWEPT, Table
-from fuzzy_fusion_ros.simulation.sweep import NOMINAL, SWEEPS
 
 QUANTITIES = {"iae": ("IAE", "rad s"), "itae": ("ITAE", "rad s²")}
 SWEPT_NAMES = {

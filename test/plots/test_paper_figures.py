@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.image import imread
-from scoring.outcomes import IAE, SEEDS, outcomes
+from paper.outcomes import IAE, SEEDS, outcomes
 
 from fuzzy_fusion_ros.core.errors import FusionError
 from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.plots.contact_sheet import contact_sheet
-from fuzzy_fusion_ros.plots.paper_figures import draw
-from fuzzy_fusion_ros.plots.style import save, styled
-from fuzzy_fusion_ros.scoring.paper_tables import (
+from fuzzy_fusion_ros.paper.methods import METHODS, contenders
+from fuzzy_fusion_ros.paper.results import Results
+from fuzzy_fusion_ros.paper.sweep import NOMINAL, SWEEPS, points_of, simulate_at
+from fuzzy_fusion_ros.paper.tables import (
     FIGURES,
     INSIDE,
     RESPONSES,
@@ -26,10 +26,10 @@ from fuzzy_fusion_ros.scoring.paper_tables import (
     table_of,
     write_csv,
 )
-from fuzzy_fusion_ros.scoring.results import Results
+from fuzzy_fusion_ros.plots.contact_sheet import contact_sheet
+from fuzzy_fusion_ros.plots.paper_figures import draw
+from fuzzy_fusion_ros.plots.style import save, styled
 from fuzzy_fusion_ros.simulation.closed_loop import Run
-from fuzzy_fusion_ros.simulation.methods import METHODS, contenders
-from fuzzy_fusion_ros.simulation.sweep import NOMINAL, SWEEPS, points_of, simulate_at
 
 OVER_TIME = sorted({*RESPONSES, *INSIDE})
 

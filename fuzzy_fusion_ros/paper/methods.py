@@ -6,13 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters
 from fuzzy_fusion_ros.core.parameter_tree import replace
 from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.core.series import Method, fusion
+from fuzzy_fusion_ros.paper.kalman import plant_kalman
 from fuzzy_fusion_ros.simulation.closed_loop import simulate
-from fuzzy_fusion_ros.simulation.complementary import complement_of_s2
-from fuzzy_fusion_ros.simulation.constant_weight import constant_weight
-from fuzzy_fusion_ros.simulation.kalman import plant_kalman
 from fuzzy_fusion_ros.simulation.scenario import Scenario
 
 METHODS = (
@@ -58,17 +57,22 @@ def contenders(parameters: Parameters) -> tuple[Contender, ...]:
         parameters: Of the fusion; each method switches drift and predictor as its name says.
     """
     nominal = Scenario()
+    lag = nominal.s2_sensor.time_constant
+    linear = replace(
+        BaselineParameters(),
+        {"complementary.time_constant": lag, "complementary.s2_lags": True},
+    )
     without = {"predictor.enabled": False}
     driftless = {**without, "aggregator.drift.small": 0.0, "aggregator.drift.large": 0.0}
     made = {
-        "ideal": constant_weight(1.0),
-        "s1": constant_weight(1.0),
-        "s2": constant_weight(0.0),
-        "average": constant_weight(0.5),
+        "ideal": BASELINES["s1"].method(linear),
+        "s1": BASELINES["s1"].method(linear),
+        "s2": BASELINES["s2"].method(linear),
+        "average": BASELINES["average"].method(linear),
         "no_drift": fusion(replace(parameters, driftless)),
         "aggregator": fusion(replace(parameters, without)),
         "complete": fusion(replace(parameters, {"predictor.enabled": True})),
-        "complementary": complement_of_s2(nominal.s2_sensor.time_constant),
+        "complementary": BASELINES["complementary"].method(linear),
         "kalman": plant_kalman(nominal),
     }
     return tuple(Contender(name, made[name], name == "ideal") for name in METHODS)

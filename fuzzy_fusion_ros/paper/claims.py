@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fuzzy_fusion_ros.scoring.findings import (
+from fuzzy_fusion_ros.paper.findings import (
     SYMBOLS,
     Finding,
     Measured,
@@ -19,9 +19,9 @@ from fuzzy_fusion_ros.scoring.findings import (
     place,
     ratios,
 )
-from fuzzy_fusion_ros.scoring.results import Results, mean_interval, ratio_interval
+from fuzzy_fusion_ros.paper.results import Results, mean_interval, ratio_interval
+from fuzzy_fusion_ros.paper.sweep import NOMINAL, Point, sweep_points
 from fuzzy_fusion_ros.simulation.scenario import Scenario
-from fuzzy_fusion_ros.simulation.sweep import NOMINAL, Point, sweep_points
 
 FIGURES = {"tau2": (18, 19), "sigma1": (20, 21), "bias1": (22, 23)}
 """Which figures show IAE and ITAE over each sweep."""

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 import pytest
+from paper.outcomes import IAE, SEEDS, outcomes
 from scipy import stats
-from scoring.outcomes import IAE, SEEDS, outcomes
 
-from fuzzy_fusion_ros.scoring.results import Interval, Results, mean_interval, ratio_interval
-from fuzzy_fusion_ros.simulation.sweep import NOMINAL
+from fuzzy_fusion_ros.paper.results import Interval, Results, mean_interval, ratio_interval
+from fuzzy_fusion_ros.paper.sweep import NOMINAL
 
 
 @pytest.mark.parametrize("n", [2, 3, 20])

@@ -7,16 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fuzzy_fusion_ros.scoring.claims import FIGURES
-from fuzzy_fusion_ros.scoring.findings import (
+from fuzzy_fusion_ros.paper.claims import FIGURES
+from fuzzy_fusion_ros.paper.findings import (
     Finding,
     Measured,
     mean_at_most,
     ratios,
     stated,
 )
-from fuzzy_fusion_ros.scoring.results import Results
-from fuzzy_fusion_ros.simulation.sweep import NOMINAL, Point, sweep_points
+from fuzzy_fusion_ros.paper.results import Results
+from fuzzy_fusion_ros.paper.sweep import NOMINAL, Point, sweep_points
 
 OTHERS = ("s1", "s2", "average", "complementary")
 """What a user without a model would take."""

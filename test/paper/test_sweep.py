@@ -10,10 +10,8 @@ from reference.benchmark import integral_of_error, integral_of_timed_error
 
 from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.core.series import empty_trace
-from fuzzy_fusion_ros.simulation.closed_loop import Run
-from fuzzy_fusion_ros.simulation.methods import contenders
-from fuzzy_fusion_ros.simulation.scenario import Scenario
-from fuzzy_fusion_ros.simulation.sweep import (
+from fuzzy_fusion_ros.paper.methods import contenders
+from fuzzy_fusion_ros.paper.sweep import (
     NOMINAL,
     SWEEPS,
     Point,
@@ -25,6 +23,8 @@ from fuzzy_fusion_ros.simulation.sweep import (
     sweep,
     sweep_points,
 )
+from fuzzy_fusion_ros.simulation.closed_loop import Run
+from fuzzy_fusion_ros.simulation.scenario import Scenario
 
 BY_NAME = {each.name: each for each in contenders(Parameters())}
 QUICK = (BY_NAME["s2"], BY_NAME["average"])

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from fuzzy_fusion_ros.scoring.findings import Finding
-from fuzzy_fusion_ros.simulation.sweep import Outcome
+from fuzzy_fusion_ros.paper.findings import Finding
+from fuzzy_fusion_ros.paper.sweep import Outcome
 
 WORDS = {True: "holds", False: "FAILS", None: "–"}
 

@@ -12,10 +12,10 @@ from scipy.linalg import expm
 
 from fuzzy_fusion_ros.core.parameter_tree import replace
 from fuzzy_fusion_ros.core.series import Series, run
-from fuzzy_fusion_ros.simulation import kalman
+from fuzzy_fusion_ros.paper import kalman
+from fuzzy_fusion_ros.paper.kalman import BIAS, Belief, plant_kalman
 from fuzzy_fusion_ros.simulation.closed_loop import Run, simulate
 from fuzzy_fusion_ros.simulation.controller import force
-from fuzzy_fusion_ros.simulation.kalman import BIAS, Belief, plant_kalman
 from fuzzy_fusion_ros.simulation.pendulum import acceleration
 from fuzzy_fusion_ros.simulation.scenario import Scenario
 

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fuzzy_fusion_ros.core.errors import FusionError
-from fuzzy_fusion_ros.scoring.results import Results
+from fuzzy_fusion_ros.paper.methods import METHODS
+from fuzzy_fusion_ros.paper.results import Results
+from fuzzy_fusion_ros.paper.sweep import elapsed, sweep_points
 from fuzzy_fusion_ros.simulation.closed_loop import Run
-from fuzzy_fusion_ros.simulation.methods import METHODS
-from fuzzy_fusion_ros.simulation.sweep import elapsed, sweep_points
 
 Reals = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from fuzzy_fusion_ros.simulation.sweep import NOMINAL, Outcome, Point
+from fuzzy_fusion_ros.paper.sweep import NOMINAL, Outcome, Point
 
 Reals = NDArray[np.float64]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from fuzzy_fusion_ros.scoring.results import Interval, Results
-from fuzzy_fusion_ros.simulation.sweep import NOMINAL, Point
+from fuzzy_fusion_ros.paper.results import Interval, Results
+from fuzzy_fusion_ros.paper.sweep import NOMINAL, Point
 
 SYMBOLS = {"tau2": ("τ₂", "s"), "sigma1": ("σ₁", "rad"), "bias1": ("bias₁", "rad")}
 """Symbol and unit of what the sweeps vary."""

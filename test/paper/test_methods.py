@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters
 from fuzzy_fusion_ros.core.parameter_tree import replace
 from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.simulation import methods
+from fuzzy_fusion_ros.paper import methods
+from fuzzy_fusion_ros.paper.methods import METHODS, Contender, contenders, warm_up
 from fuzzy_fusion_ros.simulation.closed_loop import Run, simulate
-from fuzzy_fusion_ros.simulation.complementary import complement_of_s2
-from fuzzy_fusion_ros.simulation.methods import METHODS, Contender, contenders, warm_up
 from fuzzy_fusion_ros.simulation.scenario import Scenario
 
 BRIEF = replace(Scenario(), {"duration": 1.0})
@@ -75,7 +75,9 @@ def test_parameters_of_the_fusion_reach_the_fusion_only() -> None:
 def test_a_complementary_filter_that_knows_the_lag_is_exact_with_exact_sensors() -> None:
     changes = {"s1_sensor.noise": 0.0, "s1_sensor.bias": 0.0, "s2_sensor.noise": 0.0}
     exact = replace(BRIEF, changes)
-    method = complement_of_s2(exact.s2_sensor.time_constant)
+    lag = exact.s2_sensor.time_constant
+    changes = {"complementary.time_constant": lag, "complementary.s2_lags": True}
+    method = BASELINES["complementary"].method(replace(BaselineParameters(), changes))
     run = simulate(method, exact, np.random.default_rng(1))
     assert run.trace.value == pytest.approx(run.truth, abs=1e-12)
 

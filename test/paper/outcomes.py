@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from fuzzy_fusion_ros.simulation.methods import METHODS
-from fuzzy_fusion_ros.simulation.sweep import SWEEPS, Outcome, Point, points_of
+from fuzzy_fusion_ros.paper.methods import METHODS
+from fuzzy_fusion_ros.paper.sweep import SWEEPS, Outcome, Point, points_of
 
 SEEDS = range(5)
 

@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fuzzy_fusion_ros.baselines.answers import estimated
 from fuzzy_fusion_ros.core.estimator import Estimate
 from fuzzy_fusion_ros.core.parameter_tree import numbers
 from fuzzy_fusion_ros.core.series import Method
-from fuzzy_fusion_ros.simulation.bare import bare_estimate
 from fuzzy_fusion_ros.simulation.controller import Controller, at_rest, force, observe
 from fuzzy_fusion_ros.simulation.pendulum import Pendulum, integrate
 from fuzzy_fusion_ros.simulation.scenario import Scenario
@@ -114,7 +114,7 @@ def update(
         mean[ANGLE],
         knowledge.scenario.sample_time,
     )
-    estimate = bare_estimate(mean[ANGLE])
+    estimate = estimated(mean[ANGLE], 0.0)
     return estimate, Belief(
         samples=belief.samples, mean=mean, covariance=covariance, controller=controller
     )

@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 
 import pytest
-from scoring.outcomes import IAE, Change, outcomes, unchanged
+from paper.outcomes import IAE, Change, outcomes, unchanged
 
-from fuzzy_fusion_ros.scoring.claims import claims
-from fuzzy_fusion_ros.scoring.claims_report import as_document, findings_table
-from fuzzy_fusion_ros.scoring.findings import Finding, place
-from fuzzy_fusion_ros.scoring.results import Results
-from fuzzy_fusion_ros.scoring.targets import targets
-from fuzzy_fusion_ros.simulation.sweep import NOMINAL, Outcome, points_of
+from fuzzy_fusion_ros.paper.claims import claims
+from fuzzy_fusion_ros.paper.claims_report import as_document, findings_table
+from fuzzy_fusion_ros.paper.findings import Finding, place
+from fuzzy_fusion_ros.paper.results import Results
+from fuzzy_fusion_ros.paper.sweep import NOMINAL, Outcome, points_of
+from fuzzy_fusion_ros.paper.targets import targets
 
 FIGURES = range(6, 24)
 

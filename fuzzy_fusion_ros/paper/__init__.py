@@ -1,0 +1,1 @@
+"""The paper, reproduced: its methods over its sweeps, and every claim with its interval."""
