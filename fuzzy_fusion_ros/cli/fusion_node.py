@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fuzzy_fusion_ros.cli.status import command
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.nodes.command_line import run_node
+from fuzzy_fusion_ros.nodes.runtime import Stop
 
 TOPICS = """\
 subscribes:
@@ -24,9 +23,13 @@ services:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the node until it is told to stop."""
 
-    def load() -> type:
-        from fuzzy_fusion_ros.nodes.fusion_node import FusionNode
+    with Stop() as stop:  # before the imports that take long
+        from fuzzy_fusion_ros.core.parameters import Parameters
+        from fuzzy_fusion_ros.nodes.command_line import run_node
 
-        return FusionNode
+        def load() -> type:
+            from fuzzy_fusion_ros.nodes.fusion_node import FusionNode
 
-    return run_node("fusion_node", __doc__, TOPICS, Parameters, load, arguments)
+            return FusionNode
+
+        return run_node(stop, "fusion_node", __doc__, TOPICS, Parameters, load, arguments)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fuzzy_fusion_ros.cli.status import command
-from fuzzy_fusion_ros.nodes.command_line import run_node
-from fuzzy_fusion_ros.nodes.settings import PendulumParameters
+from fuzzy_fusion_ros.nodes.runtime import Stop
 
 TOPICS = """\
 publishes:
@@ -23,9 +22,13 @@ subscribes:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the node until the run is over or it is told to stop."""
 
-    def load() -> type:
-        from fuzzy_fusion_ros.nodes.pendulum_node import PendulumNode
+    with Stop() as stop:  # before the imports that take long
+        from fuzzy_fusion_ros.nodes.command_line import run_node
+        from fuzzy_fusion_ros.nodes.settings import PendulumParameters
 
-        return PendulumNode
+        def load() -> type:
+            from fuzzy_fusion_ros.nodes.pendulum_node import PendulumNode
 
-    return run_node("pendulum_node", __doc__, TOPICS, PendulumParameters, load, arguments)
+            return PendulumNode
+
+        return run_node(stop, "pendulum_node", __doc__, TOPICS, PendulumParameters, load, arguments)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fuzzy_fusion_ros.cli.status import command
-from fuzzy_fusion_ros.nodes.command_line import run_node
-from fuzzy_fusion_ros.nodes.settings import SubscriberParameters
+from fuzzy_fusion_ros.nodes.runtime import Stop
 
 TOPICS = """\
 subscribes:
@@ -20,9 +19,15 @@ publishes:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the node until it is told to stop."""
 
-    def load() -> type:
-        from fuzzy_fusion_ros.nodes.sensor_subscriber import SensorSubscriber
+    with Stop() as stop:  # before the imports that take long
+        from fuzzy_fusion_ros.nodes.command_line import run_node
+        from fuzzy_fusion_ros.nodes.settings import SubscriberParameters
 
-        return SensorSubscriber
+        def load() -> type:
+            from fuzzy_fusion_ros.nodes.sensor_subscriber import SensorSubscriber
 
-    return run_node("sensor_subscriber", __doc__, TOPICS, SubscriberParameters, load, arguments)
+            return SensorSubscriber
+
+        return run_node(
+            stop, "sensor_subscriber", __doc__, TOPICS, SubscriberParameters, load, arguments
+        )

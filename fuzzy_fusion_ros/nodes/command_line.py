@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import Any
 
 from fuzzy_fusion_ros.core.parameter_tree import Descriptor, Group, Value, descriptors
-from fuzzy_fusion_ros.nodes.runtime import run
+from fuzzy_fusion_ros.nodes.runtime import Stop, run
 from fuzzy_fusion_ros.parameter_file import owners
 
 USAGE = """\
@@ -19,6 +19,7 @@ USAGE = """\
 
 
 def run_node(
+    stop: Stop,
     name: str,
     about: str | None,
     topics: str,
@@ -29,6 +30,7 @@ def run_node(
     """Run a node as its executable; return the exit status.
 
     Args:
+        stop: Has taken over the signals.
         name: The executable.
         about: What it does.
         topics: Its topics and services, in lines for ``--help``.
@@ -37,11 +39,23 @@ def run_node(
         arguments: The command line without the program; that of the process unless given.
     """
     own, ros = split(sys.argv[1:] if arguments is None else list(arguments))
+    given = _parser(name, about, topics, parameters).parse_args(own)
+    ros = [*(word for path in given.params for word in ("--params-file", path)), *ros]
+    paths = [path for flag, path in pairwise(ros) if flag == "--params-file"]
+    for path in paths:
+        owners(path)  # ROS would take several lines to say that it cannot be read
+    run(stop, load, ["--ros-args", *ros] if ros else [], parameter_files=paths)
+    return 0
+
+
+def _parser(
+    name: str, about: str | None, topics: str, parameters: type[Group]
+) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         name,
         usage=USAGE,
         description=about,
-        epilog=f"{topics}\n\nparameters:\n{table(parameters)}",
+        epilog=f"{topics}\n\nparameters:\n{table(parameters)}".replace("%", "%%"),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
@@ -52,13 +66,7 @@ def run_node(
         default=[],
         help="ROS parameter YAML; the same as --ros-args --params-file FILE",
     )
-    files = [word for path in parser.parse_args(own).params for word in ("--params-file", path)]
-    ros = [*files, *ros]
-    paths = [path for flag, path in pairwise(ros) if flag == "--params-file"]
-    for path in paths:
-        owners(path)  # ROS would take several lines to say that it cannot be read
-    run(load, ["--ros-args", *ros] if ros else [], parameter_files=paths)
-    return 0
+    return parser
 
 
 def split(arguments: Sequence[str]) -> tuple[list[str], list[str]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -42,7 +42,7 @@ class Report(NamedTuple):
     """
 
     part: str
-    findings: Iterable[Finding]
+    findings: Sequence[Finding]
     values: Mapping[str, object]
     hardware: str = ""
 

@@ -55,7 +55,7 @@ class RuleReport:
         values["rate: highest grade of large"] = record.rate[1]
         values["difference fully large for (s)"] = record.apart_s
         yield Report("rules", [*self._apart(), *self._unused()], values)
-        yield Report("gate", self._gate(), self._gate_values())
+        yield Report("gate", [*self._gate()], self._gate_values())
 
     def _apart(self) -> Iterator[Finding]:
         if self.record.apart_s > LONG:

@@ -47,20 +47,22 @@ class Stop:
         self.wanted = True
 
 
-def run(load: Callable[[], Callable[..., Any]], arguments: Sequence[str], **options: Any) -> None:
+def run(
+    stop: Stop, load: Callable[[], Callable[..., Any]], arguments: Sequence[str], **options: Any
+) -> None:
     """Run a node until it says that it has finished, or SIGINT or SIGTERM come.
 
     Args:
-        load: Imports and returns the node's class; called after the signals are taken over.
+        stop: Has taken over the signals.
+        load: Imports and returns the node's class.
         arguments: The arguments of the process that are for ROS.
         options: Of the node.
 
     Raises:
         FusionError: The node cannot be set up with these arguments, or what it needs is gone.
     """
-    with Stop() as stop:
-        make_node = load()
-        from fuzzy_fusion_ros.nodes.spinning import spin
+    make_node = load()
+    from fuzzy_fusion_ros.nodes.spinning import spin
 
-        stop.in_order()
-        spin(functools.partial(make_node, **options), arguments, lambda: stop.wanted, POLL)
+    stop.in_order()
+    spin(functools.partial(make_node, **options), arguments, lambda: stop.wanted, POLL)

@@ -1,0 +1,157 @@
+"""What is said on /diagnostics, and when it is a warning."""
+
+from __future__ import annotations
+
+import pytest
+from nodes.watching import OK, WARN, Diagnostics
+
+from fuzzy_fusion_ros.core.aggregator import Aggregate, FiringStrengths
+from fuzzy_fusion_ros.core.estimator import FUSED, S1_ONLY, Estimate
+from fuzzy_fusion_ros.core.fusion import Fused
+from fuzzy_fusion_ros.core.gate import Prediction
+from fuzzy_fusion_ros.core.guard import Drop
+from fuzzy_fusion_ros.core.parameter_tree import replace
+from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.nodes.diagnostics import Level
+from fuzzy_fusion_ros.nodes.rule_report import ENOUGH, LONG, RuleReport
+from fuzzy_fusion_ros.testing import Harness
+
+STEP_NS = 10_000_000
+
+
+def fused(
+    k: int, d: float, r: float, *, predicts: bool = False, accepts: bool = False, mode: int = FUSED
+) -> Fused:
+    """An estimate at which difference and rate are large to these grades."""
+    strengths = FiringStrengths((1 - d) * (1 - r), (1 - d) * r, d * (1 - r), d * r)
+    aggregate = Aggregate(value=0.0, weight=0.0, drift=0.0, strengths=strengths)
+    prediction = Prediction(exists=predicts, value=0.0)
+    return Fused(k * STEP_NS, Estimate(mode, 0.0, aggregate, prediction, accepts))
+
+
+def findings(report: RuleReport) -> dict[str, list[str]]:
+    """The texts of a report by its parts; all are warnings."""
+    reports = list(report())
+    assert {each.level for part in reports for each in part.findings} <= {Level.WARN}
+    return {part.part: [each.text for each in part.findings] for part in reports}
+
+
+def values(report: RuleReport, part: str) -> dict[str, object]:
+    return next(dict(each.values) for each in report() if each.part == part)
+
+
+def test_shares_of_time_follow_the_stamps_not_the_count() -> None:
+    report = RuleReport(Parameters)
+    for k, d, r in ((0, 0.1, 0.1), (3, 0.1, 0.9), (4, 0.9, 0.1), (8, 0.9, 0.9), (10, 0.0, 0.0)):
+        report.record.see(fused(k, d, r))
+    shares = values(report, "rules")
+    assert [shares[f"share of time: difference {d}, rate {r}"] for d in SL for r in SL] == (
+        pytest.approx([0.3, 0.1, 0.4, 0.2])
+    )
+
+
+SL = ("small", "large")
+
+
+def test_a_gap_counts_for_little_and_a_single_sensor_for_nothing() -> None:
+    report = RuleReport(Parameters)
+    for k, mode in ((0, FUSED), (100_000, FUSED), (100_001, S1_ONLY), (200_000, FUSED)):
+        report.record.see(fused(k, 0.0, 0.0, mode=mode))
+    assert report.record.watched_s == pytest.approx(1.0)
+    assert report.record.estimates == 3
+
+
+UNUSED = {
+    "difference is never large": (0.05, 0.5),
+    "difference is always large": (1.0, 0.5),
+    "rate is never large": (0.5, 0.05),
+    "rate is always large": (0.5, 1.0),
+}
+
+
+@pytest.mark.parametrize("text", UNUSED)
+def test_a_membership_function_that_is_of_no_use_is_a_warning(text: str) -> None:
+    report = RuleReport(Parameters)
+    for k in range(ENOUGH - 1):
+        report.record.see(fused(k, *UNUSED[text]))
+    assert findings(report)["rules"] == []
+    report.record.see(fused(ENOUGH, *UNUSED[text]))
+    (found,) = findings(report)["rules"]
+    assert found.startswith(text)
+    report.record.see(fused(ENOUGH + 1, 0.5, 0.5))
+    assert findings(report)["rules"] == []
+
+
+def test_the_gate_that_never_or_always_accepts_is_a_warning() -> None:
+    report = RuleReport(Parameters)
+    for accepts, word in ((False, "never accepts"), (True, "accepts all")):
+        report.restart()
+        for k in range(ENOUGH - 1):
+            report.record.see(fused(k, 0.5, 0.5, predicts=True, accepts=accepts))
+        assert findings(report)["gate"] == []
+        report.record.see(fused(ENOUGH, 0.5, 0.5, predicts=True, accepts=accepts))
+        (found,) = findings(report)["gate"]
+        assert word in found
+        report.record.see(fused(ENOUGH + 1, 0.5, 0.5, predicts=True, accepts=not accepts))
+        assert findings(report)["gate"] == []
+    assert values(report, "gate")["acceptance rate"] == pytest.approx(ENOUGH / (ENOUGH + 1))
+
+
+def test_sensors_that_disagree_for_long_are_a_warning() -> None:
+    report = RuleReport(lambda: replace(Parameters(), {"aggregator.difference.large": 2.5}))
+    long = round(LONG * 1e9) // STEP_NS
+    for k in range(0, long + 1, 50):
+        report.record.see(fused(k, 1.0, 0.5))
+    assert findings(report)["rules"] == []
+    report.record.see(fused(long + 50, 1.0, 0.5))
+    (found,) = findings(report)["rules"]
+    assert found.startswith("s1 and s2 have differed by 2.5 or more for 10.5 s")
+    report.record.see(fused(long + 100, 0.9, 0.5))
+    assert findings(report)["rules"] == []
+
+
+def test_a_healthy_node_says_so_with_its_numbers(
+    harness: Harness, diagnostics: Diagnostics
+) -> None:
+    harness.fusion_node({"trigger": "pair", "predictor.enabled": True})
+    feed = harness.feed()
+    for k in range(100):
+        feed(0.01 * k, s1=0.01 * k, s2=0.01 * k)
+    fusion = diagnostics.saying("fusion_node: fusion", "FUSED: both sensors")
+    assert fusion.level == OK
+    assert fusion.values["estimates"] == "100"
+    median, longest = (
+        float(fusion.values[f"processing time, {which} (ms)"]) for which in ("median", "maximum")
+    )
+    assert 0.0 < median <= longest
+    assert float(fusion.values["estimate rate (Hz)"]) > 0.0
+    for sensor in ("s1", "s2"):
+        status = diagnostics.of(f"fusion_node: {sensor}")[-1]
+        assert (status.level, status.message) == (OK, "OK")
+        assert (status.values["received"], status.values["admitted"]) == ("100", "100")
+        assert float(status.values["rate (Hz)"]) > 0.0
+        assert float(status.values["age (s)"]) >= 0.0
+        assert {status.values[f"dropped: {each.value}"] for each in Drop} == {"0"}
+    rules = diagnostics.of("fusion_node: rules")[-1]
+    shares = [float(share) for name, share in rules.values.items() if name.startswith("share")]
+    assert sum(shares) == pytest.approx(1.0, abs=1e-4)
+    gate = diagnostics.of("fusion_node: gate")[-1]
+    assert gate.values["predictor enabled"] == "True"
+    assert int(gate.values["predictions"]) > 0
+
+
+def test_unused_membership_functions_are_said_by_the_node(
+    harness: Harness, diagnostics: Diagnostics
+) -> None:
+    harness.fusion_node({"trigger": "pair"})
+    feed = harness.feed()
+    for k in range(ENOUGH):
+        feed(0.01 * k, s1=0.0, s2=0.0)
+    status = diagnostics.saying("fusion_node: rules", "difference is never large")
+    assert status.level == WARN
+    assert "rate is never large: lower aggregator.rate.large, or tune" in status.message
+
+
+def test_diagnostics_are_named_after_the_node(harness: Harness, diagnostics: Diagnostics) -> None:
+    harness.fusion_node(arguments=("-r", "__node:=fuser"))
+    diagnostics.next("fuser: fusion")

@@ -1,0 +1,79 @@
+"""SIGINT and SIGTERM at any moment: exit 0, the bag closed and readable.
+
+A few moments drawn at random; test/soak.py draws many.
+"""
+
+from __future__ import annotations
+
+import random
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+from fuzzy_fusion_ros.bag import open_bag
+from fuzzy_fusion_ros.testing import Harness, Process
+
+SIGNALS = pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda n: n.name)
+
+
+def takes_signals(process: Process) -> bool:
+    """Whether the process has come as far as its main function."""
+    try:
+        status = Path(f"/proc/{process.pid}/status").read_text()
+    except OSError:
+        return True
+    caught = next(line for line in status.splitlines() if line.startswith("SigCgt"))
+    return bool(int(caught.split()[1], 16) & 1 << (signal.SIGTERM - 1))
+
+
+def send_at_random(
+    harness: Harness, process: Process, number: int, generator: random.Random
+) -> None:
+    """Send a signal at some moment of start-up or spinning."""
+    harness.spin_until(lambda: takes_signals(process))
+    moment = time.monotonic() + generator.uniform(0.0, 0.8)
+    harness.spin_until(lambda: time.monotonic() >= moment)
+    process.send(signal.Signals(number))
+
+
+@SIGNALS
+@pytest.mark.parametrize("executable", ["fusion_node", "sensor_subscriber", "pendulum_node"])
+def test_a_signal_at_any_moment_ends_a_node_in_good_order(
+    harness: Harness, executable: str, number: int
+) -> None:
+    generator = random.Random(f"{executable} {number}")
+    for _ in range(3):
+        process = harness.start(executable)
+        send_at_random(harness, process, number, generator)
+        assert process.wait() == 0, process.stderr
+        assert "Traceback" not in process.stderr
+
+
+@SIGNALS
+def test_a_recording_is_whole_after_a_signal(harness: Harness, tmp_path: Path, number: int) -> None:
+    generator = random.Random(number)
+    harness.fusion_node()
+    for k in range(3):
+        bag = tmp_path / str(k)
+        process = harness.start("pendulum_node", "--ros-args", "-p", f"record:={bag}")
+        seen = harness.record("/truth")
+        harness.spin_until(lambda seen=seen: len(seen) > 10, "a run under way")  # type: ignore[misc]
+        send_at_random(harness, process, number, generator)
+        assert process.wait() == 0, process.stderr
+        with open_bag(bag) as reader:
+            assert reader.problems == []
+            counts = {name: topic.message_count for name, topic in reader.topics.items()}
+        assert counts["/truth"] == counts["/s1"] == counts["/s2"]
+        assert (counts["/truth"] or 0) > 10
+
+
+def test_a_signal_is_heeded_while_waiting_for_peers(harness: Harness, tmp_path: Path) -> None:
+    bag = tmp_path / "bag"
+    process = harness.start("pendulum_node", "--ros-args", "-p", f"record:={bag}")
+    harness.spin_until(lambda: harness.node.count_publishers("/truth"))
+    process.send(signal.SIGTERM)
+    assert process.wait() == 0, process.stderr
+    with open_bag(bag) as reader:
+        assert list(reader.messages()) == []
