@@ -1,0 +1,1 @@
+"""Faults on purpose: what must never happen, tried until it would."""

@@ -1,0 +1,132 @@
+"""A stream through the core's fusion, each estimate watched as it comes."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import NamedTuple
+
+from faults.injector import Injected
+from faults.streams import S1, S2, Arrival, Stream
+from fuzzy_fusion_ros.core.estimator import FUSED
+from fuzzy_fusion_ros.core.fusion import Fused, Fusion
+from fuzzy_fusion_ros.core.guard import Drop
+from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.core.sample import Sample
+from fuzzy_fusion_ros.core.trigger import PENDING
+
+
+class Ran(NamedTuple):
+    """What came of a stream.
+
+    Attributes:
+        estimates: All estimates in order, by the place in the stream of what led to them.
+        dropped: What the guards counted, by sensor.
+        restarts: How often time was seen to jump back.
+    """
+
+    estimates: dict[int, Fused]
+    dropped: dict[str, Counter[Drop]]
+    restarts: int
+
+
+class Watched:
+    """A fusion that is held to contract § 6.4 at each estimate.
+
+    Attributes:
+        fusion: The fusion.
+    """
+
+    def __init__(self, parameters: Parameters) -> None:
+        self.fusion = Fusion(parameters)
+        self._recent: dict[str, dict[int, float]] = {"s1": {}, "s2": {}}
+
+    def take(self, arrival: Arrival) -> Fused | None:
+        """Take a sample, and return the estimate that it leads to, if any.
+
+        Raises:
+            AssertionError: The estimate is not finite or beyond its bound.
+        """
+        guard = self.fusion.s1 if arrival.sensor == S1 else self.fusion.s2
+        admitted = guard.admitted
+        take = self.fusion.take_s1 if arrival.sensor == S1 else self.fusion.take_s2
+        fused = take(arrival.sample, arrival.now_ns)
+        if guard.admitted > admitted:
+            self._remember(*arrival)
+        if fused is not None:
+            self._check(fused)
+        return fused
+
+    def _check(self, fused: Fused) -> None:
+        estimate = fused.estimate
+        fa, prediction = estimate.aggregate, estimate.prediction
+        assert all(map(math.isfinite, (estimate.value, fa.value, fa.weight, fa.drift)))
+        assert math.isfinite(prediction.value)
+        s1, s2 = self._value("s1", fused.stamp_ns), self._value("s2", fused.stamp_ns)
+        if estimate.mode == FUSED:
+            assert s1 is not None
+            assert s2 is not None
+            assert min(s1, s2) - fa.drift <= fa.value <= max(s1, s2) + fa.drift
+            drift = self.fusion.parameters.aggregator.drift
+            assert fa.drift <= max(drift.small, drift.large) * (1.0 + 1e-12)
+        else:
+            assert fa.value in (s1, s2)
+        if not estimate.accepted:
+            assert estimate.value == fa.value
+        tolerance = self.fusion.parameters.gate.tolerance
+        assert abs(estimate.value - fa.value) <= 0.5 * tolerance + 1e-12 * abs(fa.value)
+
+    def _remember(self, sensor: str, sample: Sample, _: int) -> None:
+        recent = self._recent[sensor]
+        recent.pop(sample.stamp_ns, None)  # to the end
+        recent[sample.stamp_ns] = sample.value
+        if len(recent) > 2 * PENDING:
+            del recent[next(iter(recent))]
+
+    def _value(self, sensor: str, stamp_ns: int) -> float | None:
+        """Return what a sensor had to say at a stamp; of S2 what it said last, unless paired."""
+        recent = self._recent[sensor]
+        paired = self.fusion.parameters.trigger == "pair" and stamp_ns in recent
+        if sensor == S2 and not paired and recent:
+            return recent[next(reversed(recent))]
+        return recent.get(stamp_ns)
+
+
+def run(parameters: Parameters, stream: Stream) -> Ran:
+    """Run a whole stream through a fusion of its own.
+
+    Raises:
+        AssertionError: An estimate is not finite or beyond its bound.
+    """
+    watched = Watched(parameters)
+    taken = ((k, watched.take(each)) for k, each in enumerate(stream))
+    estimates = {k: fused for k, fused in taken if fused is not None}
+    fusion = watched.fusion
+    dropped = {"s1": fusion.s1.dropped, "s2": fusion.s2.dropped}
+    return Ran(estimates, dropped, fusion.restarts)
+
+
+def recovery(parameters: Parameters, clean: Stream, injected: Injected, within: float) -> int:
+    """Return after how many samples of S1 behind a fault all estimates are as without it.
+
+    Args:
+        parameters: Of the fusion.
+        clean: The stream without the fault.
+        injected: The stream with it.
+        within: How far the estimates may differ, unit of the signal.
+    """
+    expected = {
+        fused.stamp_ns + injected.shift_ns: fused.estimate.value
+        for fused in run(parameters, clean).estimates.values()
+    }
+    estimates = run(parameters, injected.stream).estimates
+    samples = back = 0
+    for k in range(injected.end, len(injected.stream)):
+        sensor, sample, _ = injected.stream[k]
+        if sensor == S1:
+            samples += 1
+            fused = estimates.get(k)
+            wanted = expected.get(sample.stamp_ns, math.nan)
+            if fused is None or not abs(fused.estimate.value - wanted) <= within:
+                back = samples
+    return back

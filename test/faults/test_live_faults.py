@@ -1,0 +1,63 @@
+"""Each fault over DDS: the node gives the core's estimates, and counts what was injected."""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+from collections.abc import Iterator
+
+import pytest
+from nodes.watching import Diagnostics
+
+from faults.fusing import run
+from faults.injector import FAULTS, shifted
+from faults.streams import S1, S2, SECOND_NS, Stream, clean_stream
+from fuzzy_fusion_ros.core.guard import Drop
+from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.testing import Harness
+
+FAR_APART_NS = 10_000 * SECOND_NS
+
+
+@pytest.fixture
+def harness() -> Iterator[Harness]:
+    """A graph of its own."""
+    with Harness() as opened:
+        yield opened
+
+
+@pytest.mark.parametrize("sensor", [S1, S2])
+def test_one_fault_after_the_other(harness: Harness, sensor: str) -> None:
+    """All of them in one run; each sample is sent when the one before has been taken."""
+    stream: Stream = []
+    drops: Counter[Drop] = Counter()
+    for k, (name, fault) in enumerate(FAULTS.items()):
+        sound = shifted(clean_stream(60), k * FAR_APART_NS)
+        spoilt = fault(sound, sensor, 20, 8, random.Random(name))
+        stream += spoilt.stream
+        drops += spoilt.drops
+    expected = run(Parameters(), stream)
+    assert expected.dropped[sensor] == drops
+
+    node = harness.fusion_node()
+    feed = harness.feed()
+    diagnostics = Diagnostics(harness)
+    inputs = {S1: node._s1, S2: node._s2}
+    publishers = {S1: feed.s1, S2: feed.s2}
+    for each in stream:
+        taken = inputs[each.sensor].received
+        feed.publish(publishers[each.sensor], each.sample)
+        harness.spin_until(lambda e=each, n=taken: inputs[e.sensor].received > n, "a sample taken")
+    wanted = [(each.stamp_ns, each.estimate.value) for each in expected.estimates.values()]
+    harness.spin_until(lambda: len(feed.estimates) >= len(wanted), "the last estimate")
+    assert [tuple(each) for each in feed.estimates] == wanted
+
+    said = diagnostics.next(f"fusion_node: {sensor}").values
+    assert {each: int(said[f"dropped: {each.value}"]) for each in Drop} == {
+        each: drops[each] for each in Drop
+    }
+    assert int(said["received"]) == sum(each.sensor == sensor for each in stream)
+    other = diagnostics.next(f"fusion_node: {S2 if sensor == S1 else S1}").values
+    assert {other[f"dropped: {each.value}"] for each in Drop} == {"0"}
+    fusion = diagnostics.next("fusion_node: fusion").values
+    assert fusion["restarts after time jumped back"] == str(expected.restarts)
