@@ -211,6 +211,8 @@ def _scalar(node: Any) -> Any:
         return text
     if text in _TRUE or text in _FALSE:
         return text in _TRUE
+    if "_" in text:  # Python's numbers may have it, C's may not
+        return text
     if special := _SPECIAL.fullmatch(text):
         return float(special[1] + special[2])
     for read in (_integer, float):
