@@ -39,6 +39,10 @@ class Watched:
 
     def __init__(self, parameters: Parameters) -> None:
         self.fusion = Fusion(parameters)
+        s1 = parameters.s1
+        self._conditioned = any(
+            (s1.spike_threshold, s1.lowpass_time_constant, s1.bias_time_constant)
+        )
         self._recent: dict[str, dict[int, float]] = {"s1": {}, "s2": {}}
 
     def take(self, arrival: Arrival) -> Fused | None:
@@ -62,6 +66,15 @@ class Watched:
         fa, prediction = estimate.aggregate, estimate.prediction
         assert all(map(math.isfinite, (estimate.value, fa.value, fa.weight, fa.drift)))
         assert math.isfinite(prediction.value)
+        if not self._conditioned:
+            self._check_bound(fused)
+        if not estimate.accepted:
+            assert estimate.value == fa.value
+        tolerance = self.fusion.parameters.gate.tolerance
+        assert abs(estimate.value - fa.value) <= 0.5 * tolerance + 1e-12 * abs(fa.value)
+
+    def _check_bound(self, fused: Fused) -> None:
+        estimate, fa = fused.estimate, fused.estimate.aggregate
         s1, s2 = self._value("s1", fused.stamp_ns), self._value("s2", fused.stamp_ns)
         if estimate.mode == FUSED:
             assert s1 is not None
@@ -71,10 +84,6 @@ class Watched:
             assert fa.drift <= max(drift.small, drift.large) * (1.0 + 1e-12)
         else:
             assert fa.value in (s1, s2)
-        if not estimate.accepted:
-            assert estimate.value == fa.value
-        tolerance = self.fusion.parameters.gate.tolerance
-        assert abs(estimate.value - fa.value) <= 0.5 * tolerance + 1e-12 * abs(fa.value)
 
     def _remember(self, sensor: str, sample: Sample, _: int) -> None:
         recent = self._recent[sensor]
