@@ -103,7 +103,7 @@ def _draw_surface(
     if name == "drift":
         top = max(rules.drift.large, rules.drift.small) or float(differences[-1])
     levels = np.linspace(0.0, top, _LEVELS + 1)
-    mesh = axes.contourf(differences, rates, surface, levels, cmap="cividis", extend="both")
+    mesh = axes.contourf(differences, rates, np.clip(surface, 0.0, top), levels, cmap="cividis")
     every = max(1, samples.rate.size // _MOST_POINTS)
     axes.plot(
         samples.difference[::every], samples.rate[::every], ".", color="#ffffff", ms=1.5, alpha=0.35
@@ -116,7 +116,8 @@ def _draw_surface(
         title="W1, the weight of S1" if name == "weight" else _drift_title(rules),
     )
     axes.grid(False)
-    axes.figure.colorbar(mesh, ax=axes, label="" if name == "weight" else unit)
+    label = "" if name == "weight" else unit.replace("^2", "²")
+    axes.figure.colorbar(mesh, ax=axes, label=label, ticks=levels[:: _LEVELS // 5], format="%.2g")
 
 
 def _drift_title(rules: AggregatorParameters) -> str:
