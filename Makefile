@@ -35,8 +35,8 @@ readme: venv ## fill the README's tables and pictures with what the commands pri
 	@$(RUN) python docs/make_readme.py
 
 .PHONY: bench
-bench: venv ## time the estimator, the node and the replay
-	@$(RUN) python test/bench.py $(ARGS)
+bench: venv ## time the estimator, nodes, replay and programs beside what they compare with
+	@PYTHONPATH="test$${PYTHONPATH:+:$$PYTHONPATH}" $(RUN) python -m bench $(ARGS)
 
 .PHONY: soak
 soak: venv ## run the nodes for long and watch memory, lag and losses

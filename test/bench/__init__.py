@@ -1,0 +1,1 @@
+"""Benchmarks: what this package costs, beside what it is measured against. ``make bench``."""

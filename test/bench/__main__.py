@@ -1,0 +1,50 @@
+"""Runs the benchmarks and prints their table: python -m bench [--only NAME ...]."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+
+from bench import estimator, lockstep, machine, programs, replaying, startup, transport
+from bench.effort import FULL, TINY, Effort
+from bench.table import Row, line, markdown
+
+BENCHMARKS: dict[str, Callable[[Effort], list[Row]]] = {
+    "estimator": estimator.rows,
+    "node": transport.rows,
+    "lockstep": lockstep.rows,
+    "start-up": startup.rows,
+    "replay": replaying.rows,
+    "programs": programs.rows,
+}
+
+
+def main() -> None:
+    """Run what is asked for."""
+    given = _parser().parse_args()
+    effort = TINY if given.tiny else FULL._replace(repetitions=given.repetitions)
+    if given.messages:
+        effort = effort._replace(messages=given.messages)
+    head = machine.described()
+    rows = []
+    for name in given.only or BENCHMARKS:
+        for row in BENCHMARKS[name](effort):
+            print(line(row), file=sys.stderr, flush=True)
+            rows.append(row)
+    print(f"{head}; {effort.repetitions} interleaved repetitions\n\n{markdown(rows)}")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser("bench", description=__doc__)
+    parser.add_argument("--only", nargs="+", choices=list(BENCHMARKS), help="run these alone")
+    parser.add_argument("--repetitions", type=int, default=FULL.repetitions, metavar="N")
+    parser.add_argument(
+        "--messages", type=int, metavar="N", help=f"in the largest bag {{{FULL.messages}}}"
+    )
+    parser.add_argument("--tiny", action="store_true", help="see whether it runs")
+    return parser
+
+
+if __name__ == "__main__":
+    main()

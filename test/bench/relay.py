@@ -1,0 +1,51 @@
+"""The bare relay: subscribes, publishes, nothing else. What any node in Python must pay.
+
+    python -m bench.relay EXECUTOR PROFILE [ROS arguments]
+
+It takes ``s1`` and ``s2`` as fusion_node does and gives each message of S1 out as ``estimate``.
+"""
+
+from __future__ import annotations
+
+import sys
+
+from geometry_msgs.msg import PointStamped
+from rclpy.context import Context
+from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.node import Node
+
+from fuzzy_fusion_ros.nodes.qos import ESTIMATE, input_profile
+from fuzzy_fusion_ros.nodes.runtime import POLL, Stop
+from fuzzy_fusion_ros.nodes.spinning import executor_for
+
+DEFAULT, EVENTS = "default", "events"
+"""rclpy's own executor, and the one that fusion_node runs on."""
+
+
+def main() -> None:
+    """Relay until told to stop; whoever leaves without a word counts as there for 20 s."""
+    with Stop() as stop:
+        _relay(stop, *sys.argv[1:])
+
+
+def _relay(stop: Stop, kind: str, profile: str, *arguments: str) -> None:
+    context = Context()
+    context.init(list(arguments))
+    stop.in_order()
+    node = Node("relay", context=context)
+    publisher = node.create_publisher(PointStamped, "estimate", ESTIMATE)
+    node.create_subscription(PointStamped, "s1", publisher.publish, input_profile(profile))
+    node.create_subscription(PointStamped, "s2", lambda message: None, input_profile(profile))
+    executor: Executor = SingleThreadedExecutor(context=context)
+    if kind == EVENTS:
+        executor = executor_for(context)
+    executor.add_node(node)
+    while not stop.wanted:
+        executor.spin_once(timeout_sec=POLL)
+    executor.remove_node(node)
+    node.destroy_node()
+    context.try_shutdown()
+
+
+if __name__ == "__main__":
+    main()
