@@ -85,7 +85,7 @@ def score_bag(
     end_s: float | None = None,
     through: Through = lambda messages: messages,
 ) -> Score:
-    """Read a bag and score it.
+    """Read a bag and score a span of it; all filters have run from its first message on.
 
     Args:
         path: The bag.
@@ -103,9 +103,11 @@ def score_bag(
     """
     with open_bag(path) as bag:
         bag.require_topics(topics.s1, topics.s2, topics.truth)
-        recording = read_recording(bag, topics, parameters, start_s, end_s, through)
+        recording = read_recording(bag, topics, parameters, None, end_s, through)
+        if start_s is not None and _ends_before(recording, start_s):  # time jumped back before
+            recording = read_recording(bag, topics, parameters, start_s, end_s, through)
         behind = read_explanation(bag, topics, start_s, end_s)
-    return score(recording, parameters, baselines, behind)
+    return score(recording, parameters, baselines, behind, start_s)
 
 
 def score(
@@ -113,6 +115,7 @@ def score(
     parameters: Parameters,
     baselines: BaselineParameters | None = None,
     behind: Mapping[str, Track] | None = None,
+    start_s: float | None = None,
 ) -> Score:
     """Score a recording.
 
@@ -121,6 +124,8 @@ def score(
         parameters: Of the fusion, for that case.
         baselines: Parameters of the baselines; derived from the recording unless given.
         behind: What the bag holds of the estimate's explanation, by name.
+        start_s: Where to begin to score, seconds from the bag's first message; what comes before
+            only warms the filters up.
 
     Raises:
         ScoreError: No estimate has a truth beside it.
@@ -129,6 +134,7 @@ def score(
     recomputed = estimate.stamps_ns.size == 0
     if recomputed:
         estimate, explanation = _computed(recording, parameters)
+    estimate = _from(estimate, recording.start_ns, start_s)
     stamps_ns = estimate.stamps_ns
     series = recording.series
     made = methods(baselines or baselines_for(series))
@@ -159,6 +165,19 @@ def score(
         },
         notes=recording.notes,
     )
+
+
+def _ends_before(recording: Recording, start_s: float) -> bool:
+    start_ns = recording.start_ns + round(start_s * 1e9)
+    return bool((recording.s1.log_ns < start_ns).all())
+
+
+def _from(track: Track, first_ns: int, start_s: float | None) -> Track:
+    """Return what of a track was logged from ``start_s`` on."""
+    if start_s is None:
+        return track
+    kept = track.log_ns >= first_ns + round(start_s * 1e9)
+    return Track(track.stamps_ns[kept], track.values[kept], track.log_ns[kept])
 
 
 def _computed(recording: Recording, parameters: Parameters) -> tuple[Track, dict[str, Track]]:

@@ -207,3 +207,12 @@ def test_defaults_are_derived_once_per_recording(bag: Path) -> None:
     score = scored(bag)
     given = baselines_for(read(bag).series)
     assert scored(bag, baselines=given).as_json() == score.as_json()
+
+
+def test_filters_have_run_from_the_first_message_on_when_a_span_is_scored(bag: Path) -> None:
+    """A filter that began at the span's start would still be settling there."""
+    baselines = baselines_for(read(bag).series)
+    whole = scored(bag, baselines=baselines, changes={"predictor.enabled": True})
+    late = scored(bag, baselines=baselines, start_s=2.0)
+    for name in BASELINES:
+        assert late.values[name].tolist() == whole.values[name][-late.matched :].tolist()
