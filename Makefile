@@ -30,9 +30,12 @@ demo: venv ## close the loop over DDS, record, replay, score, plot
 reproduce: venv ## the paper's figures, and its claims as a table
 	@$(RUN) reproduce $(ARGS)
 
-.PHONY: readme
-readme: venv ## fill the README's tables and pictures with what the commands print
+.PHONY: docs
+docs: venv ## fill tables and pictures of README and docs with what the commands print
 	@$(RUN) python docs/make_readme.py
+	@$(RUN) python docs/make_parameters.py
+	@$(RUN) python docs/make_tuning.py
+	@$(RUN) python docs/make_limitations.py
 
 .PHONY: bench
 bench: venv ## time the estimator, nodes, replay and programs beside what they compare with

@@ -1,4 +1,4 @@
-"""Fills the README's tables and pictures with what the commands print: ``make readme``."""
+"""Fills the README's tables and pictures with what the commands print: ``make docs``."""
 
 from __future__ import annotations
 
