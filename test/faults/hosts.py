@@ -87,11 +87,10 @@ class Hosts:
     def start(self, host: str, executable: str, *arguments: str) -> Program:
         """Start an executable on a host; it sees the other host, as on any network."""
         said = self._folder / f"{len(self._programs)}"
-        program = PROGRAM.format(name=executable)
+        python, program = [sys.executable], PROGRAM.format(name=executable)
         with said.open("wb") as file:
             child = subprocess.Popen(
-                ["ip", "netns", "exec", self._names[host], sys.executable, "-c", program]
-                + list(arguments),
+                ["ip", "netns", "exec", self._names[host], *python, "-c", program, *arguments],
                 stdin=subprocess.DEVNULL,
                 stdout=file,
                 stderr=subprocess.STDOUT,

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bag.making import chunk_ends, salvage_by_mcap
-from faults.waiting import as_arguments, wait_until
 
+from faults.waiting import as_arguments, wait_until
 from fuzzy_fusion_ros.bag import open_bag
 from fuzzy_fusion_ros.bag.replay import replay
 from fuzzy_fusion_ros.bag.roles import Topics

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import random
 import shutil
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import yaml
 from bag.making import BEGIN_NS, POINT, STEP_NS, chunk_ends, definition_text, point_data
@@ -94,7 +95,7 @@ def _noise(path: Path, rng: random.Random) -> None:
 def _swap_chunks(path: Path, rng: random.Random) -> None:
     data = _file(path).read_bytes()
     ends = [0, *chunk_ends(data)]
-    parts = [data[a:b] for a, b in zip(ends, ends[1:], strict=False)]
+    parts = [data[a:b] for a, b in itertools.pairwise(ends)]
     rng.shuffle(parts)
     _file(path).write_bytes(b"".join(parts) + data[ends[-1] :])
 
@@ -119,7 +120,22 @@ def _swap_schemas(path: Path, rng: random.Random) -> None:
                 writer.write(topic, msgtype, BEGIN_NS + k * STEP_NS, data)
 
 
-WRONG = ("", "nonsense", -1, 10**30, None, [], {}, "2025-01-01", True, 1.5, [None], "../..", "/")
+NONSENSE: tuple[Any, ...] = ("", "nonsense", "2025-01-01", "../..", "/", -1, 10**30, 1.5, True)
+WRONG: tuple[Any, ...] = (*NONSENSE, None, [], {}, [None])
+    "",
+    "nonsense",
+    -1,
+    10**30,
+    None,
+    [],
+    {},
+    "2025-01-01",
+    True,
+    1.5,
+    [None],
+    "../..",
+    "/",
+)
 
 
 def _wrong_metadata(path: Path, rng: random.Random) -> None:

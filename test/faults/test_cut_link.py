@@ -7,6 +7,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+
 from faults.cutting import cut_the_cable
 
 # Where CI runs as root it has to be possible, and fails if it is not.

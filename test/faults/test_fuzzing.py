@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+
 from faults import fuzzing
 from faults.mutations import MUTATIONS, Original, mutated, original
 from faults.streams import clean_stream
-
 from fuzzy_fusion_ros.cli import replay, score, tune
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -53,9 +53,7 @@ def test_field_paths() -> None:
     assert fuzzing.field_paths(range(1000))["tried"] == 1000
 
 
-def test_command_lines(
-    whole: Original, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_command_lines(whole: Original, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     mains = {"replay": replay.main, "score": score.main}
     outcomes = fuzzing.command_lines(mains, whole.path, range(150))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 from faults.killing import expected_s1, kill
-
 from fuzzy_fusion_ros.testing import Harness
 
 

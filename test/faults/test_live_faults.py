@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import random
 from collections import Counter
 from collections.abc import Iterator
@@ -14,6 +15,7 @@ from faults.injector import FAULTS, shifted
 from faults.streams import S1, S2, SECOND_NS, Stream, clean_stream
 from fuzzy_fusion_ros.core.guard import Drop
 from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
 from fuzzy_fusion_ros.testing import Harness
 
 FAR_APART_NS = 10_000 * SECOND_NS
@@ -24,6 +26,11 @@ def harness() -> Iterator[Harness]:
     """A graph of its own."""
     with Harness() as opened:
         yield opened
+
+
+def has_received(source: SensorInput, messages: int) -> bool:
+    """Return whether so many messages have come in."""
+    return source.received >= messages
 
 
 @pytest.mark.parametrize("sensor", [S1, S2])
@@ -47,7 +54,8 @@ def test_one_fault_after_the_other(harness: Harness, sensor: str) -> None:
     for each in stream:
         taken = inputs[each.sensor].received
         feed.publish(publishers[each.sensor], each.sample)
-        harness.spin_until(lambda e=each, n=taken: inputs[e.sensor].received > n, "a sample taken")
+        has_come = functools.partial(has_received, inputs[each.sensor], taken + 1)
+        harness.spin_until(has_come, "a sample taken")
     wanted = [(each.stamp_ns, each.estimate.value) for each in expected.estimates.values()]
     harness.spin_until(lambda: len(feed.estimates) >= len(wanted), "the last estimate")
     assert [tuple(each) for each in feed.estimates] == wanted

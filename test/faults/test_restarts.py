@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from faults.restarting import kill_the_fusion, kill_the_sensors
-
 from fuzzy_fusion_ros.testing import Harness
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sized
 from typing import Any
 
 LOOK = 0.005
@@ -27,6 +27,17 @@ def after(seconds: float) -> Callable[[], bool]:
     """Return a predicate that is so from a moment on: the moment of a fault is an input."""
     moment = time.monotonic() + seconds
     return lambda: time.monotonic() >= moment
+
+
+def at_least(number: int, things: Sized) -> Callable[[], bool]:
+    """Return a predicate that is so once there are so many things."""
+    return lambda: len(things) >= number
+
+
+def said_again(count: Callable[[str], int], text: str) -> Callable[[], bool]:
+    """Return a predicate that is so once a text has been said once more than by now."""
+    before = count(text)
+    return lambda: count(text) > before
 
 
 def as_arguments(parameters: Mapping[str, object]) -> list[str]:
