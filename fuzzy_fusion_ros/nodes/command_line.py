@@ -7,8 +7,9 @@ import sys
 import textwrap
 from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Any, NoReturn
 
+from fuzzy_fusion_ros.core.errors import FusionError
 from fuzzy_fusion_ros.core.parameter_tree import Descriptor, Group, Value, descriptors
 from fuzzy_fusion_ros.nodes.runtime import Stop, run
 from fuzzy_fusion_ros.parameter_file import owners
@@ -16,6 +17,10 @@ from fuzzy_fusion_ros.parameter_file import owners
 USAGE = """\
 %(prog)s [-h] [--params FILE]
        [--ros-args [-p NAME:=VALUE] [-r FROM:=TO] [--params-file FILE] ...]"""
+
+
+class CommandLineError(FusionError):
+    """The program does not understand its arguments."""
 
 
 def run_node(
@@ -37,6 +42,9 @@ def run_node(
         parameters: Its group of parameters.
         load: Imports and returns the node's class.
         arguments: The command line without the program; that of the process unless given.
+
+    Raises:
+        FusionError: The arguments cannot be used, or the node gives up.
     """
     own, ros = split(sys.argv[1:] if arguments is None else list(arguments))
     given = _parser(name, about, topics, parameters).parse_args(own)
@@ -51,7 +59,7 @@ def run_node(
 def _parser(
     name: str, about: str | None, topics: str, parameters: type[Group]
 ) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         name,
         usage=USAGE,
         description=about,
@@ -67,6 +75,13 @@ def _parser(
         help="ROS parameter YAML; the same as --ros-args --params-file FILE",
     )
     return parser
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are single lines."""
+
+    def error(self, message: str) -> NoReturn:
+        raise CommandLineError(f"{message}; see {self.prog} --help")
 
 
 def split(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
