@@ -42,7 +42,7 @@ bench: venv ## time the estimator, nodes, replay and programs beside what they c
 	@PYTHONPATH="test$${PYTHONPATH:+:$$PYTHONPATH}" $(RUN) python -m bench $(ARGS)
 
 .PHONY: soak
-soak: venv ## run the nodes for long and watch memory, lag and losses
+soak: venv ## faults in full: spoilt bags, kills, cut links, floods, long runs (hours; ARGS="kills --scale 0.1")
 	@$(RUN) python test/soak.py $(ARGS)
 
 .PHONY: test
