@@ -28,6 +28,9 @@ LIMIT_MB = 200.0
 LONGEST = 10_000_000
 """Messages for which the memory limit is meant."""
 
+ENOUGH = 100_000
+"""Messages from which on growth of memory stands out from its noise."""
+
 BAGS = {
     "pendulum's five topics": RECORDING,
     "s1 and s2 alone": SENSORS,
@@ -140,6 +143,8 @@ def _memory_rows(folder: Path, effort: Effort) -> list[Row]:
         )
         for size, peak in zip(sizes, peaks, strict=True)
     ]
+    if sizes[-1] < ENOUGH:
+        return measured
     projected = peaks[-1] + slope * (LONGEST - sizes[-1])
     return [
         *measured,
