@@ -22,6 +22,7 @@ from pathlib import Path
 from faults import fuzzing
 from faults.cutting import cut_the_cable
 from faults.endurance import run_over_dds, step
+from faults.guided import fuzz
 from faults.killing import LARGEST, expected_s1, kill
 from faults.mutations import original
 from faults.overload import flood
@@ -50,6 +51,11 @@ def bags(scale: float, folder: Path) -> Rows:
     cases = times(10_000, scale)
     outcomes = fuzzing.spoilt_bags(original(folder / "whole"), folder, range(cases))
     yield f"{cases} spoilt bags read, replayed or scored: {summary(outcomes)}"
+    guided = fuzz(folder, cases, SEED)
+    yield (
+        f"{guided.cases} bags guided by coverage: {guided.kept} led to new code, "
+        f"{guided.steps} pairs of lines seen, {guided.first_steps} by whole bags"
+    )
 
 
 def parameters(scale: float, folder: Path) -> Rows:

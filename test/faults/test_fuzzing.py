@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from faults import fuzzing
+from faults.guided import fuzz
 from faults.mutations import MUTATIONS, Original, mutated, original
 from faults.streams import clean_stream
 from fuzzy_fusion_ros.cli import replay, score, tune
@@ -59,3 +60,9 @@ def test_command_lines(whole: Original, tmp_path: Path, monkeypatch: pytest.Monk
     outcomes = fuzzing.command_lines(mains, whole.path, range(150))
     outcomes += fuzzing.command_lines({"tune": tune.main}, whole.path, range(10))
     assert sum(outcomes.values()) == 160
+
+
+def test_guided_by_coverage(tmp_path: Path) -> None:
+    guided = fuzz(tmp_path, 150, seed=1)
+    assert guided.kept > 5
+    assert guided.steps > guided.first_steps
