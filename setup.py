@@ -45,6 +45,7 @@ TEST = [
     "filterpy==2.0.0",  # pinned: an oracle for the Kalman filters, and what benchmarks run against
     "hypothesis",
     "mypy==2.4.1",  # pinned: each release finds other things
+    "networkx",  # scikit-fuzzy imports it without saying so
     "pytest-timeout",
     "pytest>=8.2",
     "ruff==0.17.6",  # pinned: each release formats a little differently
