@@ -26,15 +26,18 @@ class FusionNode(ConfiguredNode[Parameters]):
     """Fuses ``s1`` and ``s2`` into ``estimate``."""
 
     def __init__(self, **options: Any) -> None:
-        """Set up topics, services and timers; ``options`` as :class:`rclpy.node.Node` takes them.
+        """Make the node; ``options`` as :class:`ConfiguredNode` takes them.
 
         Raises:
             FusionError: A parameter, a message type or a field cannot be used.
         """
         super().__init__("fusion_node", Parameters(), **options)
+
+    def set_up(self) -> None:
+        """Create topics, services and timers."""
         parameters = self.parameters
         self._time = NodeTime(self)
-        self._recorder = recorder_for(parameters.record)
+        self.recorder = recorder_for(parameters.record)
         self._fusion = Fusion(parameters)
         work = WorkTime()
         self._s1 = self._input("s1", parameters.s1, work.timed(self._on_s1))
@@ -73,14 +76,14 @@ class FusionNode(ConfiguredNode[Parameters]):
             topic,
             parameters,
             profile,
-            self._recorder,
+            self.recorder,
             take,
             lambda: self.parameters.future_tolerance,
         )
 
     def on_spinning(self) -> None:
         """Publish from now on."""
-        self._output.open(self, self._recorder)
+        self._output.open(self, self.recorder)
 
     def _on_s1(self, received: Received) -> bool:
         admitted, restarts = self._fusion.s1.admitted, self._fusion.restarts
@@ -135,8 +138,3 @@ class FusionNode(ConfiguredNode[Parameters]):
         if self.parameters.trigger == "timer" and self._ticks.timer_period_ns != period_ns:
             self._ticks.timer_period_ns = period_ns
             self._ticks.reset()
-
-    def destroy_node(self) -> None:
-        """Finish the bag, then leave the graph."""
-        self._recorder.close()
-        super().destroy_node()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -29,6 +30,7 @@ from fuzzy_fusion_ros.core.parameter_tree import (
     flatten,
     replace,
 )
+from fuzzy_fusion_ros.nodes.recorder import NoRecorder, Recorder
 from fuzzy_fusion_ros.parameter_file import is_builtin, load, refuse
 
 G = TypeVar("G", bound=Group)
@@ -39,6 +41,7 @@ class ConfiguredNode(Node, Generic[G]):
 
     Attributes:
         parameters: The values that hold now.
+        recorder: What records; closed with the node.
         finished: Whether there is nothing left to do.
         failure: What makes it impossible to go on, if anything does.
         log: The node's logger.
@@ -54,7 +57,7 @@ class ConfiguredNode(Node, Generic[G]):
         parameter_files: Sequence[str | Path] = (),
         **options: Any,
     ) -> None:
-        """Declare every parameter of the group.
+        """Declare every parameter of the group, then set up; a node that fails is closed again.
 
         Args:
             name: Name of the node.
@@ -66,26 +69,47 @@ class ConfiguredNode(Node, Generic[G]):
         Raises:
             ParameterError: An override is unknown, of the wrong type or out of range, or a file
                 holds nothing for this node.
+            FusionError: What :meth:`set_up` needs cannot be had.
         """
         try:
             super().__init__(name, **options)
         except ParameterException as error:  # of one that every node has
+            with contextlib.suppress(AttributeError):  # it is half made
+                Node.destroy_node(self)
+            self.handle.destroy_when_not_in_use()
             raise ParameterError(_builtin_in(str(error)), str(error)) from None
-        for path in parameter_files:
-            load(path, self.get_fully_qualified_name())
+        self.log: RcutilsLogger = Node.get_logger(self)
+        self.recorder: Recorder = NoRecorder()
+        self.spinning = False
         self.finished = False
         self.failure: FusionError | None = None
-        self.log: RcutilsLogger = Node.get_logger(self)
         self._described = {name: each for name, each, _ in descriptors(type(defaults))}
         self._fixed = {name for name, each in self._described.items() if fixed or each.fixed}
-        overrides: Mapping[str, Parameter] = self._parameter_overrides
-        self.parameters = self._changed(defaults, overrides.values())
-        for name, value in flatten(self.parameters).items():
-            descriptor = to_message(self._described[name], name in self._fixed)
-            self.declare_parameter(name, value, descriptor, ignore_override=True)
-        self.spinning = False
+        try:
+            for path in parameter_files:
+                load(path, self.get_fully_qualified_name())
+            self.parameters = self._declared(defaults)
+            self.set_up()
+        except FusionError:
+            self.destroy_node()
+            raise
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._first = self.create_timer(1e-3, self.guarded(self._on_first), clock=steady)
+
+    def _declared(self, defaults: G) -> G:
+        overrides: Mapping[str, Parameter] = self._parameter_overrides
+        parameters = self._changed(defaults, overrides.values())
+        for name, value in flatten(parameters).items():
+            descriptor = to_message(self._described[name], name in self._fixed)
+            self.declare_parameter(name, value, descriptor, ignore_override=True)
+        return parameters
+
+    def set_up(self) -> None:
+        """Create what the node is made of; ``parameters`` are there.
+
+        Raises:
+            FusionError: A parameter, a message type, a field or a bag cannot be used.
+        """
 
     def on_spinning(self) -> None:
         """Do what has to wait until an executor serves the node; called once.
@@ -121,7 +145,8 @@ class ConfiguredNode(Node, Generic[G]):
         """React to new values in ``parameters``; called after each successful set."""
 
     def destroy_node(self) -> None:
-        """Leave the graph."""
+        """Finish the bag, then leave the graph."""
+        self.recorder.close()
         Node.destroy_node(self)
 
     def set_parameters(self, parameter_list: list[Parameter]) -> list[SetParametersResult]:

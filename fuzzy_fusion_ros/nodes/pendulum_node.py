@@ -40,21 +40,24 @@ class PendulumNode(ConfiguredNode[PendulumParameters]):
     """
 
     def __init__(self, **options: Any) -> None:
-        """Set up; ``options`` as :class:`rclpy.node.Node` takes them.
+        """Make the node; ``options`` as :class:`ConfiguredNode` takes them.
 
         Raises:
             FusionError: A parameter or the bag directory cannot be used.
         """
         super().__init__("pendulum_node", PendulumParameters(), fixed=True, **options)
+
+    def set_up(self) -> None:
+        """Create topics, and begin to watch for peers."""
         self._lockstep = self.parameters.real_time_factor == 0.0
         self._needs_estimate = self.parameters.feedback == "estimate"
         self._run = SteppedRun(self.parameters)
         self._estimate: float | None = None
-        self._recorder = recorder_for(self.parameters.record)
-        self._topics = PlantTopics(self, self._recorder, clock=self.parameters.publish_clock)
+        self.recorder = recorder_for(self.parameters.record)
+        self._topics = PlantTopics(self, self.recorder, clock=self.parameters.publish_clock)
         self._message_type = load_message_class(POINT)
         self._source = Source(self, "estimate", POINT, self.guarded(self._on_estimate))
-        self._recorder.add(self._source.topic, POINT, ESTIMATE)
+        self.recorder.add(self._source.topic, POINT, ESTIMATE)
         self._peers = Peers(self, (self._topics.s1, self._topics.s2), self._source)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._heard = time.monotonic()
@@ -92,7 +95,7 @@ class PendulumNode(ConfiguredNode[PendulumParameters]):
         if self._run.reading is None:
             return
         message = deserialize_message(data, self._message_type)
-        self._recorder.write(self._source.topic, self._run.stamp_ns, data)
+        self.recorder.write(self._source.topic, self._run.stamp_ns, data)
         self._heard = time.monotonic()
         self._estimate = message.point.x
         stamp = message.header.stamp
@@ -127,8 +130,3 @@ class PendulumNode(ConfiguredNode[PendulumParameters]):
             self.log.info(f"the pendulum was balanced for {seconds:g} s")
         self._topics.flush(1.0)
         self.finished = True
-
-    def destroy_node(self) -> None:
-        """Finish the bag, then leave the graph."""
-        self._recorder.close()
-        super().destroy_node()

@@ -11,7 +11,6 @@ from fuzzy_fusion_ros.nodes.node_time import NodeTime
 from fuzzy_fusion_ros.nodes.outlet import Outlet, new_message
 from fuzzy_fusion_ros.nodes.parameters import ConfiguredNode
 from fuzzy_fusion_ros.nodes.qos import input_profile
-from fuzzy_fusion_ros.nodes.recorder import NoRecorder
 from fuzzy_fusion_ros.nodes.sensor_input import Received, SensorInput
 from fuzzy_fusion_ros.nodes.sensor_report import SensorReport
 from fuzzy_fusion_ros.nodes.settings import SubscriberParameters
@@ -21,12 +20,15 @@ class SensorSubscriber(ConfiguredNode[SubscriberParameters]):
     """Takes ``input``, drops what cannot be used, and publishes the rest as ``output``."""
 
     def __init__(self, **options: Any) -> None:
-        """Set up; ``options`` as :class:`rclpy.node.Node` takes them.
+        """Make the node; ``options`` as :class:`ConfiguredNode` takes them.
 
         Raises:
             FusionError: A parameter, the message type or the field cannot be used.
         """
         super().__init__("sensor_subscriber", SubscriberParameters(), **options)
+
+    def set_up(self) -> None:
+        """Subscribe, publish, report."""
         node_time = NodeTime(self)
         self._guard = Guard()
         self._input = SensorInput(
@@ -35,11 +37,11 @@ class SensorSubscriber(ConfiguredNode[SubscriberParameters]):
             "input",
             self.parameters.input,
             input_profile(self.parameters.qos),
-            NoRecorder(),
+            self.recorder,
             self._on_sample,
             lambda: self.parameters.future_tolerance,
         )
-        self._output = Outlet(self, "output", POINT, NoRecorder())
+        self._output = Outlet(self, "output", POINT, self.recorder)
         report = SensorReport(
             "input", self._input, self._guard, lambda: self.parameters.input.timeout
         )

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import gc
 from pathlib import Path
 from typing import Any
 
 import pytest
+from nodes.watching import Log
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import DescribeParameters, SetParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
 
-from fuzzy_fusion_ros.core.errors import ParameterError
+from fuzzy_fusion_ros.core.errors import FusionError, ParameterError
 from fuzzy_fusion_ros.core.parameter_tree import descriptors, flatten
 from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.nodes.fusion_node import FusionNode
@@ -62,6 +64,24 @@ def test_what_cannot_be_used_refuses_the_start(harness: Harness, name: str) -> N
     given, problem = REFUSED_AT_START[name]
     with pytest.raises(ParameterError, match=problem):
         harness.add(FusionNode, given)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [{"use_sim_time": "yes"}, {"zzz": 1}, {"s1.type": "a/B"}, {"estimate.type": "std_msgs/String"}],
+    ids=lambda given: next(iter(given)),
+)
+def test_a_refused_node_leaves_nothing_behind(
+    harness: Harness, log: Log, tmp_path: Path, given: dict[str, Any]
+) -> None:
+    """Not even its name, whose log topic would go with it when it is collected."""
+    with pytest.raises(FusionError) as refusal:
+        harness.add(FusionNode, {**given, "record": str(tmp_path / "bag")})
+    node = harness.fusion_node()
+    del refusal
+    gc.collect()
+    node.log.info("still heard")
+    log.wait_for("still heard")
 
 
 @pytest.mark.parametrize("node_class", [FusionNode, PendulumNode, SensorSubscriber])

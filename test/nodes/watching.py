@@ -24,7 +24,10 @@ class Log:
 
     def wait_for(self, text: str) -> str:
         """Return the first line that holds a text, once it has come."""
-        self._harness.spin_until(lambda: self._with(text), f"a log line with {text!r}")
+        try:
+            self._harness.spin_until(lambda: self._with(text))
+        except TimeoutError:
+            raise AssertionError(f"nothing logged with {text!r}, but {self.lines}") from None
         return self._with(text)[0]
 
     def count(self, text: str) -> int:
