@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from types import FrameType
 from typing import NamedTuple
 
-LONGEST = 60.0
+LONGEST = 240.0
 """A command that takes longer hangs, seconds."""
 
 
