@@ -50,7 +50,8 @@ def kill_the_sensors(harness: Harness, times: int, seed: int) -> int:
 def kill_the_fusion(harness: Harness, times: int, seed: int) -> int:
     """Kill and restart fusion_node under a paced pendulum that stands on its estimates.
 
-    The pendulum is slowed down, so that it stands while there is no estimate.
+    Its pole is long and its time slow, so that it takes minutes to fall: longer than a process
+    takes to start even on a busy machine.
 
     Args:
         harness: The graph to run in.
@@ -65,11 +66,16 @@ def kill_the_fusion(harness: Harness, times: int, seed: int) -> int:
     """
     rng = random.Random(seed)
     fusion = harness.start("fusion_node")
-    plant: dict[str, Any] = {"real_time_factor": 0.1, "duration": 1e4, "timeout": 60.0}
+    plant: dict[str, Any] = {
+        "real_time_factor": 0.03,
+        "duration": 1e4,
+        "timeout": 60.0,
+        "plant.half_length": 20.0,
+    }
     pendulum = harness.add(PendulumNode, plant)
     estimates = harness.record("/estimate")
     for k in range(times + 1):
-        wanted = len(estimates) + rng.randrange(2, 10)
+        wanted = len(estimates) + rng.randrange(2, 6)
         harness.spin_until(at_least(wanted, estimates), f"estimates after {k} kills")
         assert not pendulum.finished
         if k < times:
