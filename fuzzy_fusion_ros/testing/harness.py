@@ -123,9 +123,13 @@ class Harness:
         return self.add(FusionNode, {"qos": "reliable", **(parameters or {})}, **options)
 
     def remove(self, node: ConfiguredNode[Any]) -> None:
-        """Close a node before the graph."""
+        """Close a node before the graph, and wait until its name is free again."""
+        name = node.get_fully_qualified_name()
+        names = self.node.get_fully_qualified_node_names
+        before = names().count(name)
         self._nodes.remove(node)
         self._close_node(node)
+        self.spin_until(lambda: names().count(name) < before, f"{name} gone")
 
     def feed(self, **options: Any) -> Feed:
         """Return a feed of both sensors; ``options`` as :class:`Feed` takes them."""

@@ -45,6 +45,17 @@ def test_a_closed_graph_is_silent_even_if_someone_keeps_it() -> None:
             assert [message.point.x for message in late] == [value]
 
 
+def test_a_removed_node_makes_room_for_one_of_its_name() -> None:
+    with Harness() as harness:
+        log = harness.record("/rosout", "rcl_interfaces/msg/Log")
+        for k in range(3):
+            node = harness.fusion_node()
+            harness.spin_until(lambda: harness.node.count_publishers("/rosout"))
+            node.log.info(f"{k} is heard")
+            harness.spin_until(lambda k=k: f"{k} is heard" in [m.msg for m in log])  # type: ignore[misc]
+            harness.remove(node)
+
+
 def test_the_environment_is_put_back() -> None:
     before = dict(os.environ)
     with Harness() as harness:
