@@ -34,12 +34,12 @@ REFUSED = {
         "parameter gate.tolerence: unknown; did you mean gate.tolerance?",
     ),
     "a missing file": (
-        ["--params", "/nowhere"],
-        "parameter file '/nowhere': cannot be read: No",
+        ["--params", "/nowhere/p.yaml"],
+        "parameter file '/nowhere/p.yaml': cannot be read: No",
     ),
     "a missing file, ROS's way": (
-        ["--ros-args", "--params-file", "/nowhere"],
-        "parameter file '/nowhere': cannot be read: No such file",
+        ["--ros-args", "--params-file", "/nowhere/p.yaml"],
+        "parameter file '/nowhere/p.yaml': cannot be read: No such file",
     ),
     "no file": (["--ros-args", "--params-file"], "ROS refuses its arguments: failed to initialize"),
     "half an override": (["--ros-args", "-p"], "ROS refuses its arguments: failed to initialize"),
