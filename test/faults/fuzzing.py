@@ -223,7 +223,7 @@ OPTIONS = (
 VALUES = (
     "", "-", "0", "1", "-1", "nan", "inf", "1e400", "0x10", "1" * 5000, "é", "/s1", "/s2", "/none",
     "s1=point.x", "s1=", "=", "/s9=x", "point.y", "data", "name=a:b", "/dev/null", "/", ".",
-    "/nowhere/at/all", "/proc/self/mem", "\x00", "\n", "%s", "{}", "--start",
+    "/proc/nowhere/at/all", "/proc/self/mem", "\x00", "\n", "%s", "{}", "--start",
 )  # fmt: skip
 
 
