@@ -16,7 +16,7 @@ PATIENT = {"s1.timeout": 0.3, "s2.timeout": 0.3}
 
 
 def kill_the_sensors(harness: Harness, times: int, seed: int) -> int:
-    """Kill and restart the process of both sensors; return after how many estimates all is well.
+    """Kill and restart the process of both sensors; return how many estimates there were in all.
 
     The fusion runs on; each time it must give estimates of the new process by itself.
 
