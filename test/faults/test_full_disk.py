@@ -17,11 +17,16 @@ from fuzzy_fusion_ros.testing import Harness
 
 ROOT = Path(__file__).resolve().parents[2]
 
+# The limit ends with the executable, so that coverage can write its own file after it.
 LIMITED = """
 import resource, sys
-resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))
+_, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, hard))
 from fuzzy_fusion_ros.cli.{name} import main
-sys.exit(main())
+try:
+    sys.exit(main())
+finally:
+    resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))
 """
 UNLIMITED = "import sys; from fuzzy_fusion_ros.cli.{name} import main; sys.exit(main())"
 LIMIT = 100_000
