@@ -8,7 +8,6 @@ import inspect
 import os
 import re
 import shutil
-import subprocess
 import sys
 import sysconfig
 from collections.abc import Iterator
@@ -18,6 +17,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from building import colcon, inherited_environment, run, sourced, spaces
 from catkin_pkg.changelog import get_changelog_from_path
 from catkin_pkg.package import Package, parse_package
 
@@ -63,29 +63,6 @@ class Install(NamedTuple):
     environment: dict[str, str]
 
 
-def run(
-    *command: str | Path, cwd: Path, environment: dict[str, str] | None = None
-) -> subprocess.CompletedProcess[str]:
-    """Run a command to its end; what it says is shown if it fails."""
-    done = subprocess.run(
-        [str(word) for word in command],
-        cwd=cwd,
-        env=inherited_environment() if environment is None else environment,
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        timeout=240,
-        check=False,
-    )
-    assert done.returncode == 0, f"{command} exited {done.returncode}\n{done.stdout}{done.stderr}"
-    return done
-
-
-def inherited_environment() -> dict[str, str]:
-    """Return this process's environment, less what would measure the copies' coverage."""
-    return {name: value for name, value in os.environ.items() if not name.startswith("COVERAGE_")}
-
-
 @pytest.fixture(scope="module")
 def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of what is packaged, so that no build leaves anything in the repository."""
@@ -100,25 +77,11 @@ def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return copy
 
 
-def colcon(verb: str, workspace: Path, *arguments: str | Path) -> str:
-    """Run a verb of colcon and return what it prints; its logs go below `workspace`."""
-    command = [sys.executable, "-m", "colcon", "--log-base", str(workspace / "log"), verb]
-    return run(*command, *arguments, cwd=workspace).stdout
-
-
-def spaces(source: Path, workspace: Path) -> tuple[str | Path, ...]:
-    """Tell colcon where the source space, the build space and the install space are."""
-    build, install = workspace / "build", workspace / "install"
-    return ("--paths", source, "--build-base", build, "--install-base", install)
-
-
 def colcon_build(source: Path, workspace: Path, *options: str) -> Install:
     """Build with colcon and take the environment that its setup.bash makes."""
     colcon("build", workspace, *spaces(source, workspace), *options)
-    install = workspace / "install"
-    listing = run("bash", "-c", f'. "{install}/setup.bash" && env -0', cwd=workspace).stdout
-    environment = dict(entry.split("=", 1) for entry in listing.split("\0") if entry)
-    return Install(install / PACKAGE, Path(sys.executable), environment)
+    prefix = workspace / "install" / PACKAGE
+    return Install(prefix, Path(sys.executable), sourced(workspace))
 
 
 def pip_install(source: Path, workspace: Path) -> Install:
