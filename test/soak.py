@@ -11,6 +11,7 @@ import argparse
 import contextlib
 import os
 import platform
+import statistics
 import subprocess
 import tempfile
 import time
@@ -27,7 +28,7 @@ from faults.killing import LARGEST, expected_s1, kill
 from faults.mutations import original
 from faults.overload import flood
 from faults.restarting import kill_the_fusion, kill_the_sensors
-from faults.stopping import stop_at_random
+from faults.stopping import EXECUTABLES, SIGNALS, stop_at_random
 from faults.streams import clean_stream
 
 from fuzzy_fusion_ros.cli import replay, score, tune
@@ -128,12 +129,20 @@ def links(scale: float, folder: Path) -> Rows:
 
 def stops(scale: float, folder: Path) -> Rows:
     """SIGINT and SIGTERM."""
-    tries = times(200, scale)
-    stopped = stop_at_random(folder, tries, SEED, longest=1.5)
-    yield (
-        f"{tries} SIGINT or SIGTERM at random moments: status {dict(stopped.statuses)}, "
-        f"slowest end after {stopped.slowest:.2f} s"
-    )
+    tries = times(100, scale)
+    for name, executable in EXECUTABLES.items():
+        ended = stop_at_random(executable, folder / name, tries, SEED, longest=1.5)
+        bags = [each.messages for each in ended if each.messages is not None]
+        if executable.records:
+            yield f"{name}: {len(bags)} bags, all whole, {sum(map(bool, bags))} with messages"
+        for number in SIGNALS:
+            those = [each for each in ended if each.number is number]
+            statuses = Counter(f"status {each.status}" for each in those)
+            seconds = sorted(each.seconds for each in those)
+            yield (
+                f"{name}: {tries} {number.name} at random moments: {summary(statuses)}; end after "
+                f"{statistics.median(seconds):.2f} s (median), {seconds[-1]:.2f} s at the latest"
+            )
 
 
 def overload(scale: float, folder: Path) -> Rows:

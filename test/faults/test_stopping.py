@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from faults.stopping import stop_at_random
+import pytest
+
+from faults.stopping import EXECUTABLES, stop_at_random
 
 
-def test_stopped_at_a_random_moment(tmp_path: Path) -> None:
-    stopped = stop_at_random(tmp_path, 5, seed=1, longest=1.0)
-    assert stopped.statuses == {0: 5}
+@pytest.mark.parametrize("name", EXECUTABLES)
+def test_stopped_at_a_random_moment(tmp_path: Path, name: str) -> None:
+    ended = stop_at_random(EXECUTABLES[name], tmp_path, 3, seed=1, longest=1.0)
+    assert [each.status for each in ended] == [0] * 6
