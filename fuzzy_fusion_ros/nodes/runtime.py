@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import functools
 import os
 import signal
@@ -20,7 +21,8 @@ class Stop:
 
     No exception is raised out of the middle of anything. Before there is anything to close,
     :meth:`at_once` lets a signal end the process on the spot: imports and discovery take
-    longer than a user, or a supervisor, wants to wait.
+    longer than a user, or a supervisor, wants to wait. Signals that come while the process ends
+    already are ignored, also by Python's own end: it takes long, and the system would kill it.
     """
 
     def __init__(self) -> None:
@@ -30,12 +32,14 @@ class Stop:
     def __enter__(self) -> Stop:
         """Take over the signals."""
         self._before = [signal.signal(number, self._on_signal) for number in SIGNALS]
+        atexit.unregister(_ignore_signals)
+        atexit.register(_ignore_signals)
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Give the signals back."""
+        """Give the signals back, unless one has come."""
         for number, handler in zip(SIGNALS, self._before, strict=True):
-            signal.signal(number, handler)
+            signal.signal(number, signal.SIG_IGN if self.wanted else handler)
 
     def in_order(self) -> None:
         """From now on there is something to close."""
@@ -45,6 +49,11 @@ class Stop:
         if self._at_once:
             os._exit(0)
         self.wanted = True
+
+
+def _ignore_signals() -> None:
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
 
 
 def run(
