@@ -22,6 +22,10 @@ PERIOD = 0.01
 """Seconds between two samples of each sensor, and between two looks at a process."""
 
 
+AGAIN = 0.4
+"""The latest moment of the second signal, seconds after the first: the end takes about as long."""
+
+
 class Executable(NamedTuple):
     """What is stopped.
 
@@ -44,9 +48,9 @@ EXECUTABLES = {
     each.name: each
     for each in (
         Executable("fusion_node", ("/s1", "/s2"), "/estimate", {}, True),
-        Executable("sensor_subscriber", ("/input",), "/output", {}, False),
         # It waits for nobody, and its run does not end before it is stopped.
         Executable("pendulum_node", (), "/truth", {"feedback": "truth", "duration": 1e4}, True),
+        Executable("sensor_subscriber", ("/input",), "/output", {}, False),
     )
 }
 
@@ -83,7 +87,8 @@ def stop_at_random(
     """Start an executable again and again, feed it, and stop it at a random moment.
 
     Of each signal's tries every other one counts the moment from when the signals are taken over,
-    which is start-up; the others from the first message that the executable publishes.
+    which is start-up; the others from the first message that the executable publishes. Each is told
+    by SIGINT once more, at a random moment while it ends.
 
     Args:
         executable: What to stop.
@@ -100,7 +105,8 @@ def stop_at_random(
         harness.node.create_timer(PERIOD, _feeding(harness, executable.inputs))
         heard = harness.record(executable.output)
         for k in range(times * len(SIGNALS)):
-            at_work, moment = k // len(SIGNALS) % 2 == 1, rng.uniform(0.0, longest)
+            at_work = k // len(SIGNALS) % 2 == 1
+            moment, again = rng.uniform(0.0, longest), rng.uniform(0.0, AGAIN)
             path = folder / f"{k}"
             record = {"record": path} if executable.records else {}
             harness.spin_until(lambda: not harness.node.count_publishers(executable.output), "gone")
@@ -112,7 +118,7 @@ def stop_at_random(
             if at_work:
                 harness.spin_until(lambda: heard, "at work")
             harness.spin_until(after(moment), "the moment")
-            ended.append(_stop(harness, process, SIGNALS[k % len(SIGNALS)], path))
+            ended.append(_stop(harness, process, SIGNALS[k % len(SIGNALS)], again, path))
             said = (k, ended[-1], process.stderr)
             assert process.status == 0, said
             assert "Traceback" not in process.stderr, said
@@ -135,10 +141,14 @@ def _feeding(harness: Harness, topics: tuple[str, ...]) -> Callable[[], None]:
     return feed
 
 
-def _stop(harness: Harness, process: Process, number: signal.Signals, bag: Path) -> Ended:
-    """Send a signal and wait for the end, samples coming all the time."""
-    begin = time.monotonic()
+def _stop(
+    harness: Harness, process: Process, number: signal.Signals, again: float, bag: Path
+) -> Ended:
+    """Send a signal, another after a while, and wait for the end, samples coming all the time."""
+    begin, later = time.monotonic(), after(again)
     process.send(number)
+    harness.spin_until(lambda: later() or process.status is not None, "the end")
+    process.send(signal.SIGINT)
     harness.spin_until(lambda: process.status is not None, "the end")
     seconds = time.monotonic() - begin
     return Ended(number, process.status, seconds, _messages(bag) if bag.exists() else None)
