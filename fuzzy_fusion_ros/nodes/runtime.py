@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import functools
+import gc
 import os
 import signal
 from collections.abc import Callable, Sequence
@@ -32,8 +33,8 @@ class Stop:
     def __enter__(self) -> Stop:
         """Take over the signals."""
         self._before = [signal.signal(number, self._on_signal) for number in SIGNALS]
-        atexit.unregister(_ignore_signals)
-        atexit.register(_ignore_signals)
+        atexit.unregister(_end_undisturbed)
+        atexit.register(_end_undisturbed)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -51,7 +52,9 @@ class Stop:
         self.wanted = True
 
 
-def _ignore_signals() -> None:
+def _end_undisturbed() -> None:
+    """Let Python's own end ignore signals and not look for garbage, which takes half of it."""
+    gc.freeze()
     for number in SIGNALS:
         signal.signal(number, signal.SIG_IGN)
 
