@@ -20,14 +20,13 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy_fusion_ros.bag import BagWriter, QosProfile, jazzy_types, open_bag
-from fuzzy_fusion_ros.bag.blank import blank_message
 from fuzzy_fusion_ros.baselines import ConstantWeightParameters, constant_weight
 from fuzzy_fusion_ros.core.fusion import Fused, Fusion
 from fuzzy_fusion_ros.core.parameter_tree import replace
 from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.core.series import Method, fusion
-from fuzzy_fusion_ros.messages.outputs import POINT, point
+from fuzzy_fusion_ros.messages.outputs import POINT, point_template
 from fuzzy_fusion_ros.simulation.closed_loop import Run, simulate
 from fuzzy_fusion_ros.simulation.scenario import START_NS, Scenario
 
@@ -127,8 +126,7 @@ class Recorder:
 
     def __init__(self, path: Path, topics: list[str]) -> None:
         shutil.rmtree(path, ignore_errors=True)
-        self._types = jazzy_types()
-        self._point = blank_message(self._types, POINT)
+        self._point = point_template(jazzy_types())
         self._writer = BagWriter(path)
         for topic in topics:
             self._writer.add_topic(topic, POINT, qos=[QosProfile()])
@@ -141,8 +139,7 @@ class Recorder:
 
     def write(self, topic: str, stamp_ns: int, value: float) -> None:
         """Write a scalar."""
-        message = point(lambda _: self._point, stamp_ns, float(value))
-        self._writer.write(topic, POINT, stamp_ns, self._types.serialize(message))
+        self._writer.write(topic, POINT, stamp_ns, self._point.filled(value, stamp_ns))
 
 
 def digest(path: Path) -> str:

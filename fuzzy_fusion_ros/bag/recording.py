@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 from collections.abc import Callable, Iterable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from fuzzy_fusion_ros.bag.reader import BagReader
-from fuzzy_fusion_ros.bag.roles import Topics, explanation_prefix, fields_of, unit_of
+from fuzzy_fusion_ros.bag.roles import Topics, codec_of, codecs_of, explanation_prefix, unit_of
 from fuzzy_fusion_ros.bag.ticks import Ticks
 from fuzzy_fusion_ros.bag.topic import BagMessage
 from fuzzy_fusion_ros.core.errors import BagError, MessageError
@@ -19,7 +18,7 @@ from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.core.series import Reals, Series, Stamps
 from fuzzy_fusion_ros.core.trigger import Step, trigger_for
-from fuzzy_fusion_ros.messages import FieldPath, resolve_field, sample_from_message
+from fuzzy_fusion_ros.messages import ScalarCodec
 
 Through = Callable[[Iterable[BagMessage]], Iterable[BagMessage]]
 """Passes messages on, and shows how far it is."""
@@ -104,21 +103,14 @@ def read_recording(
         "estimate": _Reader(topics.estimate, LONGEST_LATE),
         "truth": _Reader(topics.truth, LONGEST_LATE),
     }
-    fields = fields_of(bag, topics, parameters)
+    codecs = codecs_of(bag, topics, parameters)
     notes: list[str] = []
-    wanted = {topic for role, topic in topics.by_role().items() if role in fields}
+    wanted = {topic for role, topic in topics.by_role().items() if role in codecs}
     for message in through(bag.messages(wanted, start_s, end_s)):
         intake.tick(message.log_ns)
-        here = [role for role in fields if readers[role].topic == message.topic]
-        try:
-            value = bag.decode(message)
-        except MessageError:
-            for role in here:
-                readers[role].unreadable += 1
-            continue
+        here = [role for role in codecs if readers[role].topic == message.topic]
         if not all(
-            readers[role].take(value, fields[role], message.log_ns, parameters.future_tolerance)
-            for role in here
+            readers[role].take(message, codecs[role], parameters.future_tolerance) for role in here
         ):
             at_s = f"{(message.log_ns - (bag.start_ns or 0)) * 1e-9:.9f}".rstrip("0")
             notes.append(
@@ -139,7 +131,7 @@ def read_recording(
         truth=readers["truth"].track(),
         series=intake.series(),
         start_ns=bag.start_ns or 0,
-        unit=unit_of(bag.topics[topics.s2].msgtype, fields["s2"].text),
+        unit=unit_of(bag.topics[topics.s2].msgtype, codecs["s2"].field.text),
         notes=(*notes, *bag.problems),
     )
 
@@ -158,11 +150,9 @@ def read_explanation(
     prefix = explanation_prefix(topics.estimate)
     here = [name for name in ("weight", "drift") if prefix + name in bag.topics]
     readers = {prefix + name: _Reader(prefix + name, LONGEST_LATE) for name in here}
-    fields = {each: resolve_field(bag.types, bag.topics[each].msgtype) for each in readers}
+    codecs = {each: codec_of(bag, each) for each in readers}
     for message in bag.messages(list(readers), start_s, end_s):
-        with contextlib.suppress(MessageError):
-            value = bag.decode(message)
-            readers[message.topic].take(value, fields[message.topic], message.log_ns, math.inf)
+        readers[message.topic].take(message, codecs[message.topic], math.inf)
     return {name: readers[prefix + name].track() for name in here}
 
 
@@ -184,10 +174,11 @@ class _Reader:
     def is_empty(self) -> bool:
         return not self._rows
 
-    def take(self, message: Any, field: FieldPath, log_ns: int, future_tolerance: float) -> bool:
+    def take(self, message: BagMessage, codec: ScalarCodec, future_tolerance: float) -> bool:
         """Take a message's sample or count why not; return whether time goes on."""
+        log_ns = message.log_ns
         try:
-            sample = Sample(*sample_from_message(message, field, log_ns))
+            sample = codec.sample(message.data, log_ns)
         except MessageError:
             self.unreadable += 1
             return True

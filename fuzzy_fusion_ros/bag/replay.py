@@ -1,21 +1,20 @@
 """Replay: a bag through the same fusion as in the node, into a new bag.
 
-Reads straight through: messages in log order, ``sample_from_message``, ``Fusion``, messages.
+Reads straight through: messages in log order, samples, ``Fusion``, messages.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterator
-from itertools import cycle, zip_longest
+from itertools import zip_longest
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from fuzzy_fusion_ros.bag.blank import blank_message
 from fuzzy_fusion_ros.bag.qos import QosProfile
 from fuzzy_fusion_ros.bag.reader import BagReader, open_bag
 from fuzzy_fusion_ros.bag.recording import UNREADABLE, Through
-from fuzzy_fusion_ros.bag.roles import Topics, explanation_prefix, fields_of
+from fuzzy_fusion_ros.bag.roles import Topics, codecs_of, explanation_prefix
 from fuzzy_fusion_ros.bag.ticks import Ticks
 from fuzzy_fusion_ros.bag.topic import BagMessage, Definition, Topic
 from fuzzy_fusion_ros.bag.writer import BagWriter
@@ -23,15 +22,11 @@ from fuzzy_fusion_ros.core.errors import BagError, MessageError
 from fuzzy_fusion_ros.core.fusion import Fused, Fusion
 from fuzzy_fusion_ros.core.guard import Guard
 from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.core.sample import Sample
-from fuzzy_fusion_ros.messages import sample_from_message
 from fuzzy_fusion_ros.messages.outputs import (
-    ARRAY,
-    DIMENSION,
     EXPLANATION,
-    POINT,
     EstimateMessages,
     explain,
+    point_template,
 )
 
 _UNDESCRIBED = Definition("unknown", "")
@@ -150,22 +145,13 @@ class _Station:
     def __init__(self, bag: BagReader, topics: Topics, parameters: Parameters) -> None:
         self._bag = bag
         self._topics = topics
-        self._fields = fields_of(bag, topics, parameters, ("s1", "s2"))
+        self._codecs = codecs_of(bag, topics, parameters, ("s1", "s2"))
         self._fusion = Fusion(parameters)
         self._ticks = Ticks(parameters)
-        self._blanks = {
-            msgtype: cycle([blank_message(bag.types, msgtype) for _ in range(at_once)])
-            for msgtype, at_once in ((POINT, 1), (ARRAY, 1), (DIMENSION, 2))
-        }
-        self._estimates = EstimateMessages(
-            bag.types,
-            lambda msgtype: blank_message(bag.types, msgtype),
-            parameters.estimate,
-            bag.topics[topics.s2].msgtype,
-            self._fields["s2"],
-        )
+        self._point = point_template(bag.types)
+        self._estimates = EstimateMessages(bag.types, parameters.estimate, self._codecs["s2"])
         self._prefix = explanation_prefix(topics.estimate)
-        self.outputs = {topics.estimate: self._estimates.type_name}
+        self.outputs = {topics.estimate: self._estimates.codec.type_name}
         self.outputs |= {self._prefix + name: kind for name, kind in EXPLANATION.items()}
         self._unreadable: Counter[str] = Counter()
         self._unwritable = 0
@@ -179,14 +165,11 @@ class _Station:
 
     def take(self, message: BagMessage) -> Iterator[BagMessage]:
         """Yield what a message brings about."""
-        if message.topic not in {self._topics.s1, self._topics.s2}:
-            return
         try:
-            decoded = self._bag.decode(message)
             if message.topic == self._topics.s1:
-                yield from self._publish(self._take_s1(decoded, message.log_ns), message.log_ns)
+                yield from self._publish(self._take_s1(message), message.log_ns)
             if message.topic == self._topics.s2:
-                yield from self._publish(self._take_s2(decoded, message.log_ns), message.log_ns)
+                yield from self._publish(self._take_s2(message), message.log_ns)
         except MessageError:
             self._unreadable[message.topic] += 1
 
@@ -197,42 +180,37 @@ class _Station:
         notes += _dropped(self._topics.s2, self._fusion.s2)
         if self._unwritable:
             notes.append(
-                f"{self._unwritable} estimates do not fit into {self._estimates.type_name}"
+                f"{self._unwritable} estimates do not fit into {self._estimates.codec.type_name}"
             )
         return Replayed(copied, self._written, self._fusion.restarts, (*notes, *self._bag.problems))
 
-    def _take_s1(self, message: Any, log_ns: int) -> Fused | None:
-        sample = Sample(*sample_from_message(message, self._fields["s1"], log_ns))
-        return self._fusion.take_s1(sample, log_ns)
+    def _take_s1(self, message: BagMessage) -> Fused | None:
+        sample = self._codecs["s1"].sample(message.data, message.log_ns)
+        return self._fusion.take_s1(sample, message.log_ns)
 
-    def _take_s2(self, message: Any, log_ns: int) -> Fused | None:
-        sample = Sample(*sample_from_message(message, self._fields["s2"], log_ns))
+    def _take_s2(self, message: BagMessage) -> Fused | None:
+        sample = self._codecs["s2"].sample(message.data, message.log_ns)
         admitted = self._fusion.s2.admitted
-        fused = self._fusion.take_s2(sample, log_ns)
+        fused = self._fusion.take_s2(sample, message.log_ns)
         if self._fusion.s2.admitted > admitted:
-            self._estimates.see_s2(message)
+            self._estimates.see_s2(message.data)
         return fused
 
     def _publish(self, fused: Fused | None, log_ns: int) -> Iterator[BagMessage]:
         if fused is None:
             return
         try:
-            message = self._estimates.message(fused)
-            estimate = self._serialised(self._topics.estimate, message, log_ns)
+            data = self._estimates.message(fused)
         except MessageError:
             self._unwritable += 1
             return
         self._written += 1
-        yield estimate
-        for name, message in explain(self._new, fused):
-            yield self._serialised(self._prefix + name, message, log_ns)
+        yield self._message(self._topics.estimate, log_ns, data)
+        for name, data in explain(self._point, fused):
+            yield self._message(self._prefix + name, log_ns, data)
 
-    def _serialised(self, topic: str, message: Any, log_ns: int) -> BagMessage:
-        return BagMessage(topic, self.outputs[topic], log_ns, self._bag.types.serialize(message))
-
-    def _new(self, msgtype: str) -> Any:
-        """Return a message to fill, one of few: each is serialised before the next estimate."""
-        return next(self._blanks[msgtype])
+    def _message(self, topic: str, log_ns: int, data: bytes) -> BagMessage:
+        return BagMessage(topic, self.outputs[topic], log_ns, data)
 
 
 def _dropped(topic: str, guard: Guard) -> list[str]:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from fuzzy_fusion_ros.bag.reader import BagReader
 from fuzzy_fusion_ros.core.errors import MessageError
 from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.messages import FieldPath, resolve_field
+from fuzzy_fusion_ros.messages import ScalarCodec
 
 NODE = "fusion_node"
 ROLES = ("s1", "s2", "estimate", "truth")
@@ -42,10 +42,10 @@ def explanation_prefix(estimate: str) -> str:
     return f"{estimate.rpartition('/')[0]}/{NODE}/"
 
 
-def fields_of(
+def codecs_of(
     bag: BagReader, topics: Topics, parameters: Parameters, roles: Sequence[str] = ROLES
-) -> dict[str, FieldPath]:
-    """Return where the number is, for each role whose topic the bag has.
+) -> dict[str, ScalarCodec]:
+    """Return what reads the samples of each role whose topic the bag has.
 
     A path in ``topics`` comes before one in ``parameters``, and that before the type's own.
 
@@ -65,7 +65,7 @@ def fields_of(
         "truth": "",
     }
     return {
-        role: _field(
+        role: codec_of(
             bag,
             topic,
             topics.fields.get(role, ""),
@@ -77,12 +77,26 @@ def fields_of(
     }
 
 
-def _field(bag: BagReader, topic: str, own: str, common: str, configured: str) -> FieldPath:
+def codec_of(
+    bag: BagReader, topic: str, own: str = "", common: str = "", configured: str = ""
+) -> ScalarCodec:
+    """Return what reads the samples of a topic.
+
+    Args:
+        bag: The bag, which has the topic.
+        topic: The topic.
+        own: The path of its number, where the user gave one for it.
+        common: The path given for every topic whose type has it.
+        configured: The path in the fusion's parameters.
+
+    Raises:
+        MessageError: A path is not in its type, or there is none and the type has none of its own.
+    """
     msgtype = bag.topics[topic].msgtype
     problems = []
     for text in [own] if own else [common, configured, ""] if common else [configured]:
         try:
-            return resolve_field(bag.types, msgtype, text)
+            return ScalarCodec(bag.types, msgtype, text)
         except MessageError as error:
             problems.append(error)
     raise MessageError(f"topic {topic}: {problems[0]}")

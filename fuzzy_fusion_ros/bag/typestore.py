@@ -272,4 +272,4 @@ def _field_type(described: Any) -> FieldType:
         name = what[0]
         return FieldType("uint8" if name in {"byte", "char"} else name)
     element, size = what
-    return FieldType(_field_type(element).name, True, size or None)
+    return FieldType(_field_type(element).name, True, size or None, kind == Nodetype.ARRAY)

@@ -20,7 +20,7 @@ import numpy as np
 
 from fuzzy_fusion_ros.bag import open_bag
 from fuzzy_fusion_ros.bag.recording import Recording, read_recording
-from fuzzy_fusion_ros.bag.roles import Topics, fields_of
+from fuzzy_fusion_ros.bag.roles import Topics, codecs_of
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import bar, progress
 from fuzzy_fusion_ros.cli.score import NODE_OF_BASELINES
@@ -94,14 +94,14 @@ def _read(given: argparse.Namespace) -> tuple[Recording, Parameters]:
             end_s,
             lambda messages: progress(messages, f"reading {given.bag}", unit=" messages"),
         )
-        fields = fields_of(bag, topics, parameters)
+        codecs = codecs_of(bag, topics, parameters)
         return recording, replace(
             parameters,
             {
                 "s1.type": bag.topics[topics.s1].msgtype,
-                "s1.field": fields["s1"].text,
+                "s1.field": codecs["s1"].field.text,
                 "s2.type": bag.topics[topics.s2].msgtype,
-                "s2.field": fields["s2"].text,
+                "s2.field": codecs["s2"].field.text,
             },
         )
 

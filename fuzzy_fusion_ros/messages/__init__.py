@@ -1,10 +1,10 @@
-"""Messages and samples: one set of functions for messages of rclpy and of rosbags."""
+"""Messages and samples: serialised messages alone, so that node and bag are served alike."""
 
 from fuzzy_fusion_ros.core.sample import Sample
-from fuzzy_fusion_ros.messages.copying import copy_message
+from fuzzy_fusion_ros.messages.blank import blank
+from fuzzy_fusion_ros.messages.codec import ScalarCodec, Template
 from fuzzy_fusion_ros.messages.field_path import FieldPath
 from fuzzy_fusion_ros.messages.resolve import numeric_fields, resolve_field
-from fuzzy_fusion_ros.messages.sample import copy_with, is_stamped, sample_from_message
 from fuzzy_fusion_ros.messages.type_fields import FieldType, InstalledTypes, TypeDescriptions
 from fuzzy_fusion_ros.messages.type_names import (
     load_message_class,
@@ -17,14 +17,13 @@ __all__ = [
     "FieldType",
     "InstalledTypes",
     "Sample",
+    "ScalarCodec",
+    "Template",
     "TypeDescriptions",
-    "copy_message",
-    "copy_with",
-    "is_stamped",
+    "blank",
     "load_message_class",
     "normalise_type_name",
     "numeric_fields",
     "resolve_field",
-    "sample_from_message",
     "type_name_of",
 ]

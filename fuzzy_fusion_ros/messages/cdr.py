@@ -1,123 +1,297 @@
-"""Serialised messages whose bytes depend on their content alone.
+"""Where things lie in serialised messages: CDR, as ROS 2 writes it.
 
-CDR aligns numbers by padding, and rclpy leaves in the padding, and sometimes behind the end,
-what happened to be in memory: the same run would give other bytes each time. Here padding is
-zero and nothing is behind the end, as rosbags has it.
+A message is its fields one after another. A number is aligned to its own size, counted from
+behind the encapsulation header; texts, sequences and nothing else begin with a count.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable
+import struct
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from fuzzy_fusion_ros.messages.type_names import load_message_class
-
-Step = Callable[[bytearray, int], int]
-"""Zeroes the padding of one field, given where the last ended; returns where this one ends."""
+from fuzzy_fusion_ros.core.clock import SECOND_NS
+from fuzzy_fusion_ros.core.errors import MessageError
+from fuzzy_fusion_ros.messages.field_path import FieldPath, Step
+from fuzzy_fusion_ros.messages.type_fields import FieldType, TypeDescriptions
 
 ORIGIN = 4
 """Bytes of encapsulation header; alignment counts from behind it."""
 
-LITTLE_ENDIAN = b"\x00\x01"
+LITTLE_ENDIAN = b"\x00\x01\x00\x00"
+ORDERS = {b"\x00\x01": "<", b"\x00\x00": ">"}
+"""Byte orders, as :mod:`struct` writes them, by how messages begin."""
 
-_SIZES = {
-    **dict.fromkeys(("boolean", "octet", "byte", "char", "int8", "uint8"), 1),
-    **dict.fromkeys(("int16", "uint16"), 2),
-    **dict.fromkeys(("int32", "uint32", "float"), 4),
-    **dict.fromkeys(("int64", "uint64", "double"), 8),
+FORMATS = {
+    "bool": "?",
+    "float32": "f",
+    "float64": "d",
+    "int8": "b",
+    "int16": "h",
+    "int32": "i",
+    "int64": "q",
+    "uint8": "B",
+    "uint16": "H",
+    "uint32": "I",
+    "uint64": "Q",
 }
-_ARRAY = re.compile(r"(?:sequence<(?P<element>.+?)(?:, \d+)?>|(?P<item>.+)\[(?P<length>\d+)\])")
+SIZES = {name: struct.calcsize(f"<{each}") for name, each in FORMATS.items()}
+
+Walk = Callable[[bytes, int], int]
+"""Takes bytes and where something begins in them; returns where it ends, or what it looks for
+begins. Raises ``struct.error`` where the bytes end before."""
+
+_Part = tuple[int, int] | Walk
+"""So many bytes each of so many numbers, or a walk past anything else."""
+
+_DEEPEST = 32
+_FILLER = {"structure_needs_at_least_one_member": FieldType("uint8")}
 
 
-def padding_eraser(type_name: str) -> Callable[[bytes], bytes]:
-    """Return a function that cleans serialised messages of an installed type.
+class Layout:
+    """How messages lie in the bytes of one byte order."""
 
-    Bytes that are not laid out as expected come back as they are.
+    def __init__(self, types: TypeDescriptions, order: str) -> None:
+        """Begin to describe.
 
-    Args:
-        type_name: ``package/msg/Type``.
+        Args:
+            types: Who describes message types.
+            order: ``<`` or ``>``, as :mod:`struct` has it.
+        """
+        self._types = types
+        self._unpack_count = struct.Struct(f"{order}I").unpack_from
 
-    Raises:
-        MessageError: The type is not installed.
-    """
-    step = _message(type_name)
+    def end(self, type_name: str) -> Walk:
+        """Return the walk past a message.
 
-    def erase(data: bytes) -> bytes:
-        if not data.startswith(LITTLE_ENDIAN):
-            return data
-        erased = bytearray(data)
-        end = step(erased, ORIGIN)
-        return bytes(erased[:end]) if end <= len(data) else data
+        Raises:
+            MessageError: The type, or one in it, is unknown, or has no layout that is known.
+        """
+        return _chain(_merged(self._parts(FieldType(type_name))))
 
-    return erase
+    def place(self, type_name: str, field: FieldPath) -> Walk:
+        """Return the walk from the begin of a message to a number or a text in it.
+
+        The walk raises :class:`MessageError` where a message lacks the element.
+
+        Args:
+            type_name: The type of the message.
+            field: A path that is in the type.
+
+        Raises:
+            MessageError: As :meth:`end` does.
+        """
+        walks: list[Walk] = []
+        parts: list[_Part] = []
+        owner = type_name
+        for step in field.steps:
+            fields = self._fields(owner)
+            if step.picks:
+                walks += [*_merged(parts), self._pick(fields, step, field.text)]
+                parts = []
+            else:
+                parts += self._parts_before(fields, step.name)
+            owner = fields[step.name].name
+        return _chain([*walks, *_merged(parts), _aligned(SIZES.get(owner, 4))])
+
+    def text_at(self, data: bytes, at: int) -> bytes:
+        """Return the text that begins at some place or, aligned, behind it."""
+        at += -at & 3
+        return bytes(data[at + 4 : at + 4 + self._unpack_count(data, at)[0]].rstrip(b"\0"))
+
+    def _fields(self, type_name: str) -> Mapping[str, FieldType]:
+        return self._types.fields(type_name) or _FILLER  # nothing is empty in CDR
+
+    def _parts_before(self, fields: Mapping[str, FieldType], name: str) -> list[_Part]:
+        names = list(fields)
+        return [part for each in names[: names.index(name)] for part in self._parts(fields[each])]
+
+    def _parts(self, field: FieldType, depth: int = 0) -> list[_Part]:
+        """Return what a field consists of, messages in it taken apart."""
+        if depth > _DEEPEST:
+            raise MessageError(f"message type {field.name!r} contains itself")
+        if field.is_array and not field.is_fixed:
+            return [self._sequence(field, depth)]
+        count = field.capacity if field.is_array and field.capacity is not None else 1
+        if field.name in SIZES:
+            return [(SIZES[field.name], count)]
+        return count * self._element(field, depth)
+
+    def _element(self, field: FieldType, depth: int) -> list[_Part]:
+        """Return what one element of a field consists of, where that is no number."""
+        if field.is_message:
+            fields = self._fields(field.name)
+            return [part for each in fields.values() for part in self._parts(each, depth + 1)]
+        if field.name == "string":
+            return [self._text]
+        raise MessageError(f"fields of type {field.name} are not supported")
+
+    def _text(self, data: bytes, at: int) -> int:
+        at += -at & 3
+        return at + 4 + int(self._unpack_count(data, at)[0])
+
+    def _sequence(self, field: FieldType, depth: int) -> Walk:
+        unpack_count = self._unpack_count
+        size = SIZES.get(field.name, 0)
+        if size:
+
+            def walk_numbers(data: bytes, at: int) -> int:
+                at += -at & 3
+                (count,) = unpack_count(data, at)
+                at += 4
+                return at + -(at - ORIGIN) % size + int(count) * size if count else at
+
+            return walk_numbers
+        past = _chain(_merged(self._element(field, depth)))
+
+        def walk(data: bytes, at: int) -> int:
+            at += -at & 3
+            (count,) = unpack_count(data, at)
+            return _repeated(past, count, data, at + 4)
+
+        return walk
+
+    def _pick(self, fields: Mapping[str, FieldType], step: Step, text: str) -> Walk:
+        """Return the walk from the begin of a message to an element of an array in it."""
+        field = fields[step.name]
+        to_array = _chain(_merged(self._parts_before(fields, step.name)))
+        to_element = self._elements(field, step, text)
+        if step.names is None:
+            element = step.element or 0
+            return lambda data, at: to_element(data, to_array(data, at), element)
+        to_names = _chain(_merged(self._parts_before(fields, step.names)))
+        index = self._index(fields[step.names], step, text)
+        return lambda data, at: to_element(
+            data, to_array(data, at), index(data, to_names(data, at))
+        )
+
+    def _count(self, field: FieldType, data: bytes, at: int) -> tuple[int, int]:
+        """Return how many elements an array has, and where the first may begin."""
+        if field.is_fixed:
+            return field.capacity or 0, at
+        at += -at & 3
+        return int(self._unpack_count(data, at)[0]), at + 4
+
+    def _elements(
+        self, field: FieldType, step: Step, text: str
+    ) -> Callable[[bytes, int, int], int]:
+        """Return the walk from the begin of an array to one of its elements."""
+        size = SIZES.get(field.name, 0)
+        past = None if size else _chain(_merged(self._element(field, 0)))
+
+        def walk(data: bytes, at: int, element: int) -> int:
+            count, at = self._count(field, data, at)
+            if element >= count:
+                raise MessageError(
+                    f"field {text!r}: {step.name} has {count} elements in this message"
+                )
+            if past is None:
+                return at + -(at - ORIGIN) % size + element * size
+            return _repeated(past, element, data, at)
+
+        return walk
+
+    def _index(self, field: FieldType, step: Step, text: str) -> Walk:
+        """Return the search for a name in an array of them."""
+        key = (step.key or "").encode()
+
+        def search(data: bytes, at: int) -> int:
+            count, at = self._count(field, data, at)
+            names: list[bytes] = []
+            for index in range(min(count, len(data))):
+                names.append(self.text_at(data, at))
+                if names[-1] == key:
+                    return index
+                at = self._text(data, at)
+            shown = [name.decode(errors="replace") for name in names]
+            raise MessageError(f"field {text!r}: {step.key!r} is not in {step.names} {shown!r}")
+
+        return search
 
 
-def _message(type_name: str) -> Step:
-    described = load_message_class(type_name).get_fields_and_field_types()
-    steps = [_field(text) for text in described.values()] or [_number(1)]  # none is empty in CDR
+def _merged(parts: Iterable[_Part]) -> list[Walk]:
+    """Return the walks past parts, numbers side by side taken in one."""
+    walks: list[Walk] = []
+    numbers: list[tuple[int, int]] = []
+    for part in [*parts, None]:
+        if isinstance(part, tuple):
+            numbers.append(part)
+            continue
+        if numbers:
+            walks.append(_numbers(numbers))
+            numbers = []
+        if part is not None:
+            walks.append(part)
+    return walks
 
-    def walk(data: bytearray, at: int) -> int:
-        for step in steps:
-            at = step(data, at)
+
+def _numbers(numbers: Sequence[tuple[int, int]]) -> Walk:
+    """Return the walk past numbers; how long they are depends on where they begin."""
+    lengths = []
+    for phase in range(8):
+        at = phase
+        for size, count in numbers:
+            at += -at % size + size * count
+        lengths.append(at - phase)
+    return lambda data, at: at + lengths[(at - ORIGIN) & 7]
+
+
+def _aligned(size: int) -> Walk:
+    return lambda data, at: at + -(at - ORIGIN) % size
+
+
+def _repeated(past: Walk, times: int, data: bytes, at: int) -> int:
+    if times > len(data):
+        raise struct.error(f"{times} elements do not fit into {len(data)} bytes")
+    for _ in range(times):
+        at = past(data, at)
+    return at
+
+
+def _chain(walks: Sequence[Walk]) -> Walk:
+    if len(walks) == 1:
+        return walks[0]
+
+    def walk(data: bytes, at: int) -> int:
+        for each in walks:
+            at = each(data, at)
         return at
 
     return walk
 
 
-def _field(text: str) -> Step:
-    match = _ARRAY.fullmatch(text)
-    if match is None:
-        return _single(text)
-    name = match["element"] or match["item"]
-    return _array(_single(name), _SIZES.get(name, 0), match["length"])
+class CdrWriter:
+    """Writes a message field by field, little endian, padding zero."""
 
+    def __init__(self) -> None:
+        """Begin."""
+        self._data = bytearray(LITTLE_ENDIAN)
 
-def _single(name: str) -> Step:
-    if name in _SIZES:
-        return _number(_SIZES[name])
-    if "/" in name:
-        return _message(name)
-    return _unknown if name.startswith("wstring") else _string
+    def number(self, name: str, value: float) -> CdrWriter:
+        """Write a number of a type such as ``float64``, or a bool; return the writer itself."""
+        self.aligned(name)._data += struct.pack(f"<{FORMATS[name]}", value)
+        return self
 
+    def aligned(self, name: str) -> CdrWriter:
+        """Pad to where a number of a type may begin; return the writer itself."""
+        self._data += bytes(-(len(self._data) - ORIGIN) % SIZES[name])
+        return self
 
-def _array(element: Step, size: int, length: str | None) -> Step:
-    """Return the step of an array; ``size`` is that of a number, 0 for anything else."""
+    def count(self, elements: int) -> CdrWriter:
+        """Write how many elements a sequence has; return the writer itself."""
+        return self.number("uint32", elements)
 
-    def walk(data: bytearray, at: int) -> int:
-        if length is None:
-            at = _length(data, at)
-            count = int.from_bytes(data[at - 4 : at], "little")
-        else:
-            count = int(length)
-        if size and count:
-            return element(data, at) + (count - 1) * size
-        for _ in range(min(count, len(data))):
-            at = element(data, at)
-        return at
+    def text(self, text: str) -> CdrWriter:
+        """Write a text; return the writer itself."""
+        encoded = text.encode() + b"\0"
+        self.count(len(encoded))
+        self._data += encoded
+        return self
 
-    return walk
+    def stamp(self, stamp_ns: int) -> CdrWriter:
+        """Write a stamp, given in nanoseconds; return the writer itself."""
+        seconds, nanoseconds = divmod(stamp_ns, SECOND_NS)
+        return self.number("int32", seconds).number("uint32", nanoseconds)
 
-
-def _number(size: int) -> Step:
-    zeros = [bytes(gap) for gap in range(size)]
-
-    def walk(data: bytearray, at: int) -> int:
-        gap = (ORIGIN - at) % size
-        if gap:
-            data[at : at + gap] = zeros[gap]
-        return at + gap + size
-
-    return walk
-
-
-_length = _number(4)
-
-
-def _string(data: bytearray, at: int) -> int:
-    at = _length(data, at)
-    return at + int.from_bytes(data[at - 4 : at], "little")
-
-
-def _unknown(data: bytearray, at: int) -> int:
-    """Give up: the end will not be where it should be."""
-    return at + len(data) + 1
+    def done(self) -> bytes:
+        """Return all that was written."""
+        return bytes(self._data)

@@ -1,32 +1,22 @@
-"""The messages that come out: the estimate, and what stands behind it.
-
-They are built of whatever messages ``new`` makes, rclpy's or rosbags', so that a node and a
-replay give the same bytes.
-"""
+"""The messages that come out: the estimate, and what stands behind it, serialised."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import Any
-
-import numpy as np
+import struct
+from collections.abc import Iterator
 
 from fuzzy_fusion_ros.core.aggregator import FiringStrengths
 from fuzzy_fusion_ros.core.estimator import Estimate
 from fuzzy_fusion_ros.core.fusion import Fused
 from fuzzy_fusion_ros.core.parameters import EstimateParameters
-from fuzzy_fusion_ros.messages.field_path import FieldPath
-from fuzzy_fusion_ros.messages.resolve import resolve_field
-from fuzzy_fusion_ros.messages.sample import SECOND_NS, copy_with
+from fuzzy_fusion_ros.messages.blank import blank
+from fuzzy_fusion_ros.messages.cdr import CdrWriter
+from fuzzy_fusion_ros.messages.codec import ScalarCodec, Template
 from fuzzy_fusion_ros.messages.type_fields import TypeDescriptions
 from fuzzy_fusion_ros.messages.type_names import normalise_type_name
 
-New = Callable[[str], Any]
-"""Makes a message of a type, ``package/msg/Type``; its fields need not be blank."""
-
 POINT = "geometry_msgs/msg/PointStamped"
 ARRAY = "std_msgs/msg/Float64MultiArray"
-DIMENSION = "std_msgs/msg/MultiArrayDimension"
 
 STRENGTHS = "firing_strengths"
 EXPLANATION = {
@@ -36,17 +26,26 @@ EXPLANATION = {
 """The topics below the node's own name, and their types."""
 
 
-def explain(new: New, fused: Fused) -> Iterator[tuple[str, Any]]:
+def point_template(types: TypeDescriptions, frame: str = "") -> Template:
+    """Return a stamped scalar, in ``point.x``, to be filled.
+
+    Args:
+        types: Who describes message types.
+        frame: Its ``frame_id``.
+    """
+    return ScalarCodec(types, POINT).template(blank(types, POINT, frame))
+
+
+def explain(point: Template, fused: Fused) -> Iterator[tuple[str, bytes]]:
     """Yield what stands behind an estimate: topic and message, one by one.
 
     Args:
-        new: Makes the messages; it may give those of an earlier estimate again, and one
-            stamped scalar for all.
+        point: What :func:`point_template` returns.
         fused: The estimate. Without a prediction its two topics are silent.
     """
     for name, value in scalars(fused.estimate).items():
-        yield name, point(new, fused.stamp_ns, value)
-    yield STRENGTHS, strengths_message(new, fused.estimate.aggregate.strengths)
+        yield name, point.filled(value, fused.stamp_ns)
+    yield STRENGTHS, strengths_message(fused.estimate.aggregate.strengths)
 
 
 def scalars(estimate: Estimate) -> dict[str, float]:
@@ -59,82 +58,65 @@ def scalars(estimate: Estimate) -> dict[str, float]:
     return known
 
 
-def point(new: New, stamp_ns: int, value: float, frame: str = "") -> Any:
-    """Return a stamped scalar, in ``point.x``."""
-    message = new(POINT)
-    message.header.frame_id = frame
-    stamp = message.header.stamp
-    stamp.sec, stamp.nanosec = divmod(stamp_ns, SECOND_NS)
-    message.point.x = value
-    return message
-
-
-def strengths_message(new: New, strengths: FiringStrengths) -> Any:
+def strengths_message(strengths: FiringStrengths) -> bytes:
     """Return the firing strengths in Table 1's order: by difference, then by rate."""
-    message = new(ARRAY)
-    values = list(strengths)
-    message.data = np.array(values) if isinstance(message.data, np.ndarray) else values
-    message.layout.dim = [
-        _dimension(new(DIMENSION), "difference: small, large", 4),
-        _dimension(new(DIMENSION), "rate: small, large", 2),
-    ]
-    return message
+    return _STRENGTHS_BEFORE_DATA + struct.pack("<4d", *strengths)
 
 
-def _dimension(message: Any, label: str, stride: int) -> Any:
-    message.label = label
-    message.size = 2
-    message.stride = stride
-    return message
+def _strengths_before_data() -> bytes:
+    writer = CdrWriter().count(2)
+    for label, stride in (("difference: small, large", 4), ("rate: small, large", 2)):
+        writer.text(label).number("uint32", 2).number("uint32", stride)
+    return writer.number("uint32", 0).count(len(FiringStrengths._fields)).aligned("float64").done()
+
+
+_STRENGTHS_BEFORE_DATA = _strengths_before_data()
 
 
 class EstimateMessages:
     """Makes messages of estimates: S2's latest with another number and stamp, or a type of its own.
 
     Attributes:
-        type_name: Their type.
-        field: Where the estimate is in them.
+        codec: Tells their type, and where the estimate is in them.
     """
 
     def __init__(
-        self,
-        types: TypeDescriptions,
-        new: New,
-        parameters: EstimateParameters,
-        s2_type: str,
-        s2_field: FieldPath,
+        self, types: TypeDescriptions, parameters: EstimateParameters, s2: ScalarCodec
     ) -> None:
         """Settle type and field.
 
         Args:
             types: Who describes message types.
-            new: Makes the message to copy from until S2 has come.
             parameters: Type and field where they are not S2's.
-            s2_type: The type of S2.
-            s2_field: Where S2's number is.
+            s2: Reads S2.
 
         Raises:
             MessageError: The type is unknown or has no such field.
         """
-        self._copies_s2 = parameters.type == "" or normalise_type_name(parameters.type) == s2_type
-        self.type_name = s2_type if self._copies_s2 else normalise_type_name(parameters.type)
-        if self._copies_s2 and not parameters.field:
-            self.field = s2_field
-        else:
-            self.field = resolve_field(types, self.type_name, parameters.field)
-        self._template = new(self.type_name)
+        own = normalise_type_name(parameters.type) if parameters.type else s2.type_name
+        self._copies_s2 = own == s2.type_name
+        is_s2s = self._copies_s2 and not parameters.field
+        self.codec = s2 if is_s2s else ScalarCodec(types, own, parameters.field)
+        self._types = types
+        self._s2 = s2
+        self._frame = ""
+        self._data = blank(types, self.codec.type_name)
+        self._template: Template | None = None
 
-    def see_s2(self, message: Any) -> None:
+    def see_s2(self, data: bytes) -> None:
         """Take a message of S2 as the one to copy from now on."""
         if self._copies_s2:
-            self._template = message
-        elif hasattr(self._template, "header") and hasattr(message, "header"):
-            self._template.header.frame_id = message.header.frame_id
+            self._data, self._template = data, None
+        elif self._s2.frame(data) != self._frame:
+            self._frame = self._s2.frame(data)
+            self._data, self._template = blank(self._types, self.codec.type_name, self._frame), None
 
-    def message(self, fused: Fused) -> Any:
+    def message(self, fused: Fused) -> bytes:
         """Return the message of an estimate.
 
         Raises:
             MessageError: The number or the stamp does not fit into it.
         """
-        return copy_with(self._template, self.field, fused.estimate.value, fused.stamp_ns)
+        if self._template is None:
+            self._template = self.codec.template(self._data)
+        return self._template.filled(fused.estimate.value, fused.stamp_ns)

@@ -22,7 +22,6 @@ _ROS_NAMES = {
     "double": "float64",
     "float": "float32",
     "octet": "uint8",
-    "wstring": "string",
 }
 _SEQUENCE = re.compile(r"sequence<(.+?)(?:, (\d+))?>")
 _ARRAY = re.compile(r"(.+)\[(\d+)\]")
@@ -35,11 +34,13 @@ class FieldType(NamedTuple):
         name: ``float64``, ``int32``, ``bool``, ``string`` and so on, or ``package/msg/Type``.
         is_array: Whether the field is an array (or sequence) of that.
         capacity: The size of a fixed array or the bound of a bounded one; None if unbounded.
+        is_fixed: Whether the array always has that size.
     """
 
     name: str
     is_array: bool = False
     capacity: int | None = None
+    is_fixed: bool = False
 
     @property
     def is_number(self) -> bool:
@@ -53,7 +54,10 @@ class FieldType(NamedTuple):
 
     def __str__(self) -> str:
         """Return the type as a .msg file would spell it."""
-        return f"{self.name}[{self.capacity or ''}]" if self.is_array else self.name
+        if not self.is_array:
+            return self.name
+        bound = "" if self.is_fixed or self.capacity is None else "<="
+        return f"{self.name}[{bound}{self.capacity or ''}]"
 
 
 class TypeDescriptions(Protocol):
@@ -86,7 +90,7 @@ def parse_field_type(text: str) -> FieldType:
     if match := _SEQUENCE.fullmatch(text):
         return FieldType(_element_name(match[1]), True, int(match[2]) if match[2] else None)
     if match := _ARRAY.fullmatch(text):
-        return FieldType(_element_name(match[1]), True, int(match[2]))
+        return FieldType(_element_name(match[1]), True, int(match[2]), True)
     return FieldType(_element_name(text))
 
 

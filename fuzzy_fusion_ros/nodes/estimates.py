@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from rclpy.node import Node
 
 from fuzzy_fusion_ros.core.errors import MessageError
 from fuzzy_fusion_ros.core.fusion import Fused
 from fuzzy_fusion_ros.core.parameters import EstimateParameters
 from fuzzy_fusion_ros.messages import InstalledTypes
-from fuzzy_fusion_ros.messages.outputs import EXPLANATION, EstimateMessages, explain
-from fuzzy_fusion_ros.nodes.outlet import Outlet, new_message
+from fuzzy_fusion_ros.messages.outputs import (
+    EXPLANATION,
+    EstimateMessages,
+    explain,
+    point_template,
+)
+from fuzzy_fusion_ros.nodes.outlet import Outlet
 from fuzzy_fusion_ros.nodes.qos import ESTIMATE
 from fuzzy_fusion_ros.nodes.recorder import Recorder
 from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
@@ -32,9 +35,8 @@ class EstimateOutput:
         Raises:
             MessageError: The type of the estimate is not installed or has no such field.
         """
-        self._messages = EstimateMessages(
-            InstalledTypes(), new_message, parameters, s2.type_name, s2.field
-        )
+        self._messages = EstimateMessages(InstalledTypes(), parameters, s2.codec)
+        self._point = point_template(InstalledTypes())
         self._estimate: Outlet | None = None
         self._explanation: dict[str, Outlet] = {}
         self.published = 0
@@ -47,26 +49,33 @@ class EstimateOutput:
             name: Outlet(node, f"~/{name}", type_name, recorder)
             for name, type_name in EXPLANATION.items()
         }
-        self._estimate = Outlet(node, "estimate", self._messages.type_name, recorder, ESTIMATE)
+        self._estimate = Outlet(
+            node, "estimate", self._messages.codec.type_name, recorder, ESTIMATE
+        )
 
-    def see_s2(self, message: Any) -> None:
+    def see_s2(self, data: bytes) -> None:
         """Take a message of S2 as the one to copy from now on."""
-        self._messages.see_s2(message)
+        self._messages.see_s2(data)
+
+    @property
+    def wanted(self) -> dict[str, Outlet]:
+        """The topics of the explanation that someone listens to, by name."""
+        return {name: outlet for name, outlet in self._explanation.items() if outlet.wanted}
 
     def publish(self, fused: Fused, log_ns: int) -> None:
         """Publish an estimate, then what explains it and is asked for."""
         if self._estimate is None:
             return
         try:
-            message = self._messages.message(fused)
+            data = self._messages.message(fused)
         except MessageError as error:
             self.unwritable += 1
             self.last_problem = str(error)
             return
-        self._estimate.send(message, log_ns)
+        self._estimate.send(data, log_ns)
         self.published += 1
-        wanted = {name: outlet for name, outlet in self._explanation.items() if outlet.wanted}
+        wanted = self.wanted
         if wanted:
-            for name, message in explain(new_message, fused):
+            for name, data in explain(self._point, fused):
                 if name in wanted:
-                    wanted[name].send(message, log_ns)
+                    wanted[name].send(data, log_ns)

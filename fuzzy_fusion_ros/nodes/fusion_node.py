@@ -95,7 +95,7 @@ class FusionNode(ConfiguredNode[Parameters]):
         admitted, restarts = self._fusion.s2.admitted, self._fusion.restarts
         fused = self._fusion.take_s2(received.sample, received.now_ns)
         if self._fusion.s2.admitted > admitted:
-            self._output.see_s2(received.message)
+            self._output.see_s2(received.data)
         self._publish(fused, restarts, received.log_ns)
         return self._fusion.s2.admitted > admitted
 

@@ -27,6 +27,8 @@ class NodeTime:
 
     def now_ns(self) -> int:
         """Return the time that stamps are of, nanoseconds; 0 while /clock has not come."""
+        if not self.simulated:
+            return time.time_ns()  # what the clock would say, at a tenth of the cost
         return int(self._clock.now().nanoseconds)
 
     def age_ns(self) -> int:

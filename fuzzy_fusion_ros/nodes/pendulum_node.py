@@ -7,12 +7,10 @@ from typing import Any
 
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
-from rclpy.serialization import deserialize_message
 
 from fuzzy_fusion_ros.core.errors import FusionError
-from fuzzy_fusion_ros.messages import load_message_class
+from fuzzy_fusion_ros.messages import InstalledTypes, ScalarCodec
 from fuzzy_fusion_ros.messages.outputs import POINT
-from fuzzy_fusion_ros.messages.sample import SECOND_NS
 from fuzzy_fusion_ros.nodes.parameters import ConfiguredNode
 from fuzzy_fusion_ros.nodes.peers import Peers, Source
 from fuzzy_fusion_ros.nodes.plant_topics import PlantTopics
@@ -55,7 +53,7 @@ class PendulumNode(ConfiguredNode[PendulumParameters]):
         self._estimate: float | None = None
         self.recorder = recorder_for(self.parameters.record)
         self._topics = PlantTopics(self, self.recorder, clock=self.parameters.publish_clock)
-        self._message_type = load_message_class(POINT)
+        self._codec = ScalarCodec(InstalledTypes(), POINT)
         self._source = Source(self, "estimate", POINT, self.guarded(self._on_estimate))
         self.recorder.add(self._source.topic, POINT, ESTIMATE)
         self._peers = Peers(self, (self._topics.s1, self._topics.s2), self._source)
@@ -94,12 +92,10 @@ class PendulumNode(ConfiguredNode[PendulumParameters]):
     def _on_estimate(self, data: bytes) -> None:
         if self._run.reading is None:
             return
-        message = deserialize_message(data, self._message_type)
         self.recorder.write(self._source.topic, self._run.stamp_ns, data)
         self._heard = time.monotonic()
-        self._estimate = message.point.x
-        stamp = message.header.stamp
-        current = stamp.sec * SECOND_NS + stamp.nanosec == self._run.stamp_ns
+        stamp_ns, self._estimate = self._codec.sample(data, 0)
+        current = stamp_ns == self._run.stamp_ns
         if self._lockstep and self._needs_estimate and current:
             self._act(self._estimate)
             self._sense()

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from rclpy.node import Node
-from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
 
-from fuzzy_fusion_ros.messages.outputs import POINT, point
-from fuzzy_fusion_ros.messages.sample import SECOND_NS
-from fuzzy_fusion_ros.nodes.outlet import Outlet, new_message
+from fuzzy_fusion_ros.messages import InstalledTypes
+from fuzzy_fusion_ros.messages.cdr import CdrWriter
+from fuzzy_fusion_ros.messages.outputs import POINT, point_template
+from fuzzy_fusion_ros.nodes.outlet import Outlet
 from fuzzy_fusion_ros.nodes.recorder import Recorder
 from fuzzy_fusion_ros.simulation.closed_loop import Reading
 from fuzzy_fusion_ros.simulation.pendulum import Pendulum
@@ -37,24 +34,23 @@ class PlantTopics:
         self.s1 = Outlet(node, "s1", POINT, recorder)
         self._control = Outlet(node, "control", POINT, recorder)
         self._began = False
+        self._point = point_template(InstalledTypes())
 
     def send_sample(self, stamp_ns: int, plant: Pendulum, reading: Reading) -> None:
         """Publish the truth and both sensors, S1 last: it makes the estimate due."""
-        self._truth.send(point(new_message, stamp_ns, plant.angle), stamp_ns)
+        self._truth.send(self._point.filled(plant.angle, stamp_ns), stamp_ns)
         self._joints.send(_joint_state(stamp_ns, plant), stamp_ns)
         if self._clock is not None:
-            clock = Clock()
-            clock.clock.sec, clock.clock.nanosec = divmod(stamp_ns, SECOND_NS)
-            self._clock.send(clock, stamp_ns)
-        self.s2.send(point(new_message, stamp_ns, reading.s2), stamp_ns)
+            self._clock.send(CdrWriter().stamp(stamp_ns).done(), stamp_ns)
+        self.s2.send(self._point.filled(reading.s2, stamp_ns), stamp_ns)
         if not self._began:  # the first must not come after S1's, whoever is known first
             self._began = True
             self.s2.flush(FIRST)
-        self.s1.send(point(new_message, stamp_ns, reading.s1), stamp_ns)
+        self.s1.send(self._point.filled(reading.s1, stamp_ns), stamp_ns)
 
     def send_control(self, stamp_ns: int, force: float) -> None:
         """Publish the force on the cart, N."""
-        self._control.send(point(new_message, stamp_ns, force), stamp_ns)
+        self._control.send(self._point.filled(force, stamp_ns), stamp_ns)
 
     def flush(self, timeout: float) -> None:
         """Wait until reliable subscribers have what was sent, for at most ``timeout`` seconds."""
@@ -62,8 +58,9 @@ class PlantTopics:
             outlet.flush(timeout)
 
 
-def _joint_state(stamp_ns: int, plant: Pendulum) -> Any:
-    message = JointState(name=[JOINT], position=[plant.angle], velocity=[plant.rate])
-    stamp = message.header.stamp
-    stamp.sec, stamp.nanosec = divmod(stamp_ns, SECOND_NS)
-    return message
+def _joint_state(stamp_ns: int, plant: Pendulum) -> bytes:
+    """Return a ``sensor_msgs/msg/JointState`` without a frame and without effort."""
+    writer = CdrWriter().stamp(stamp_ns).text("").count(1).text(JOINT)
+    for number in (plant.angle, plant.rate):
+        writer.count(1).number("float64", number)
+    return writer.count(0).done()

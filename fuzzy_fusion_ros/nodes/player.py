@@ -14,9 +14,9 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 
 from fuzzy_fusion_ros.bag.topic import BagMessage, Topic
+from fuzzy_fusion_ros.core.clock import SECOND_NS
 from fuzzy_fusion_ros.core.errors import FusionError, MessageError
 from fuzzy_fusion_ros.messages import load_message_class
-from fuzzy_fusion_ros.messages.sample import SECOND_NS
 from fuzzy_fusion_ros.nodes.runtime import Stop
 
 CLOCK = "/clock"

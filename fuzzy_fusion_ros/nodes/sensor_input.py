@@ -7,20 +7,12 @@ from typing import Any, NamedTuple
 
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import QoSProfile
-from rclpy.serialization import deserialize_message
 
 from fuzzy_fusion_ros.core.clock import seconds_between
 from fuzzy_fusion_ros.core.errors import MessageError
 from fuzzy_fusion_ros.core.parameters import SensorParameters
 from fuzzy_fusion_ros.core.sample import Sample
-from fuzzy_fusion_ros.messages import (
-    InstalledTypes,
-    is_stamped,
-    load_message_class,
-    normalise_type_name,
-    resolve_field,
-    sample_from_message,
-)
+from fuzzy_fusion_ros.messages import InstalledTypes, ScalarCodec, load_message_class
 from fuzzy_fusion_ros.nodes.losses import Losses, WithNumber
 from fuzzy_fusion_ros.nodes.node_time import NodeTime
 from fuzzy_fusion_ros.nodes.parameters import ConfiguredNode
@@ -32,13 +24,13 @@ class Received(NamedTuple):
     """A message that came in, and what it says.
 
     Attributes:
-        message: The message.
+        data: The message, serialised.
         sample: The sample in it, whatever it holds.
         now_ns: Time of receipt on the node's clock, nanoseconds.
         log_ns: The time to record it, and all that follows from it, at.
     """
 
-    message: Any
+    data: bytes
     sample: Sample
     now_ns: int
     log_ns: int
@@ -49,8 +41,7 @@ class SensorInput:
 
     Attributes:
         topic: The full name of the topic.
-        type_name: The type of its messages.
-        field: Where the number is in them.
+        codec: Reads its messages.
         received: Messages that have come in.
         unreadable: Messages without the field or the number asked for.
         last_problem: Why the last unreadable message was that; empty if none was.
@@ -82,15 +73,13 @@ class SensorInput:
         Raises:
             MessageError: The type is not installed or has no such field.
         """
-        self.type_name = normalise_type_name(parameters.type)
-        self.field = resolve_field(InstalledTypes(), self.type_name, parameters.field)
+        self.codec = ScalarCodec(InstalledTypes(), parameters.type, parameters.field)
         self.received = 0
         self.unreadable = 0
         self.last_problem = ""
         self._node = node
         self._time = node_time
         self._heard_ns = node_time.age_ns()
-        self._message_type = load_message_class(self.type_name)
         self._recorder = recorder
         self._take = take
         self._future_tolerance = future_tolerance
@@ -102,7 +91,7 @@ class SensorInput:
         )
         with overridable(topic):
             self._subscription = node.create_subscription(
-                self._message_type,
+                load_message_class(self.codec.type_name),
                 topic,
                 WithNumber(node.guarded(self._on_message)),
                 profile,
@@ -111,7 +100,7 @@ class SensorInput:
                 raw=True,
             )
         self.topic: str = self._subscription.topic_name
-        recorder.add(self.topic, self.type_name, profile)
+        recorder.add(self.topic, self.codec.type_name, profile)
 
     @property
     def lost(self) -> int:
@@ -129,7 +118,7 @@ class SensorInput:
     def other_types(self) -> list[str]:
         """Return the types other than ours that the topic is published as."""
         offers = self._node.get_publishers_info_by_topic(self.topic)
-        return sorted({offer.topic_type for offer in offers} - {self.type_name})
+        return sorted({offer.topic_type for offer in offers} - {self.codec.type_name})
 
     def _on_lost(self, event: Any) -> None:
         self._losses.report(event.total_count)
@@ -137,34 +126,33 @@ class SensorInput:
     def _on_message(self, data: bytes, number: int | None) -> None:
         self.received += 1
         self._losses.see(number, self._subscription.get_publisher_count)
-        message = deserialize_message(data, self._message_type)
         now_ns = self._time.now_ns()
         try:
-            sample = Sample(*sample_from_message(message, self.field, now_ns))
+            sample = self.codec.sample(data, now_ns)
         except MessageError as error:
             self.unreadable += 1
             self.last_problem = str(error)
             self._recorder.write(self.topic, now_ns, data)
             return
-        if not self._warned and not is_stamped(message):
+        if not (self._warned or self.codec.is_stamped):
             self._warn_unstamped()
-        received = self._dated(message, sample, now_ns)
+        received = self._dated(data, sample, now_ns)
         self._recorder.write(self.topic, received.log_ns, data)
         if self._take(received):
             self._heard_ns = self._time.age_ns()
 
-    def _dated(self, message: Any, sample: Sample, now_ns: int) -> Received:
+    def _dated(self, data: bytes, sample: Sample, now_ns: int) -> Received:
         """Say when a message came; simulated runs are dated by stamps, so that they repeat."""
         if not self._time.simulated:
-            return Received(message, sample, now_ns, now_ns)
+            return Received(data, sample, now_ns, now_ns)
         if now_ns == 0:  # /clock has not come yet
             now_ns = sample.stamp_ns
         too_early = seconds_between(now_ns, sample.stamp_ns) > self._future_tolerance()
-        return Received(message, sample, now_ns, now_ns if too_early else sample.stamp_ns)
+        return Received(data, sample, now_ns, now_ns if too_early else sample.stamp_ns)
 
     def _warn_unstamped(self) -> None:
         self._warned = True
         self._node.log.warning(
-            f"{self.topic}: {self.type_name} carries no stamp, the time of receipt is used: "
+            f"{self.topic}: {self.codec.type_name} carries no stamp, the time of receipt is used: "
             "delays on the way count as motion of the signal"
         )

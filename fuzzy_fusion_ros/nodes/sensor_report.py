@@ -63,7 +63,7 @@ class SensorReport:
     def _silence(self, age: float) -> Iterator[Finding]:
         yield Finding(Level.WARN, f"silent for {age:.1f} s")
         for other in self._source.other_types():
-            ours = self._source.type_name
+            ours = self._source.codec.type_name
             yield Finding(Level.WARN, f"is published as {other}, subscribed as {ours}")
 
     def _current_counts(self) -> dict[str, int]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 from fuzzy_fusion_ros.core.guard import Guard
-from fuzzy_fusion_ros.messages.outputs import POINT, point
+from fuzzy_fusion_ros.messages import InstalledTypes
+from fuzzy_fusion_ros.messages.outputs import POINT, point_template
 from fuzzy_fusion_ros.nodes.diagnostics import Diagnostics
 from fuzzy_fusion_ros.nodes.node_time import NodeTime
-from fuzzy_fusion_ros.nodes.outlet import Outlet, new_message
+from fuzzy_fusion_ros.nodes.outlet import Outlet
 from fuzzy_fusion_ros.nodes.parameters import ConfiguredNode
 from fuzzy_fusion_ros.nodes.qos import input_profile
 from fuzzy_fusion_ros.nodes.sensor_input import Received, SensorInput
@@ -42,6 +44,7 @@ class SensorSubscriber(ConfiguredNode[SubscriberParameters]):
             lambda: self.parameters.future_tolerance,
         )
         self._output = Outlet(self, "output", POINT, self.recorder)
+        self._point = functools.lru_cache(functools.partial(point_template, InstalledTypes()))
         report = SensorReport(
             "input", self._input, self._guard, lambda: self.parameters.input.timeout
         )
@@ -57,8 +60,9 @@ class SensorSubscriber(ConfiguredNode[SubscriberParameters]):
             self._on_jump_back,
         )
         if admitted:
-            frame = getattr(getattr(received.message, "header", None), "frame_id", "")
-            self._output.send(point(new_message, *received.sample, frame), received.log_ns)
+            sample = received.sample
+            point = self._point(self._input.codec.frame(received.data))
+            self._output.send(point.filled(sample.value, sample.stamp_ns), received.log_ns)
         return admitted
 
     def _on_jump_back(self) -> None:

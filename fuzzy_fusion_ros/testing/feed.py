@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 from rclpy.duration import Duration
 from rclpy.publisher import Publisher
+from rclpy.serialization import serialize_message
 
+from fuzzy_fusion_ros.core.clock import SECOND_NS
 from fuzzy_fusion_ros.core.sample import Sample
-from fuzzy_fusion_ros.messages import FieldPath, InstalledTypes, resolve_field, sample_from_message
+from fuzzy_fusion_ros.messages import InstalledTypes, ScalarCodec, blank
 from fuzzy_fusion_ros.messages.outputs import POINT
-from fuzzy_fusion_ros.messages.sample import SECOND_NS, copy_with
-from fuzzy_fusion_ros.nodes.outlet import new_message
 from fuzzy_fusion_ros.nodes.qos import ESTIMATE
 
 if TYPE_CHECKING:
@@ -54,9 +54,10 @@ class Feed:
             TimeoutError: Nobody subscribes to both sensors and publishes the estimate.
         """
         self._harness = harness
-        self._type_name = type_name
         self._began = False
-        self._field = resolve_field(InstalledTypes(), type_name, field)
+        types = InstalledTypes()
+        self._codec = ScalarCodec(types, type_name, field)
+        self._template = self._codec.template(blank(types, type_name))
         self.s1 = harness.publisher(s1, type_name)
         self.s2 = harness.publisher(s2, type_name)
         self._messages = harness.record(estimate, type_name, ESTIMATE)
@@ -68,7 +69,7 @@ class Feed:
     @property
     def estimates(self) -> list[Sample]:
         """All estimates that have come, in order."""
-        return [_sample(message, self._field) for message in self._messages]
+        return [self._sample(message) for message in self._messages]
 
     def __call__(self, at: float, s1: float, s2: float | None = None) -> float:
         """Publish S2, if given, and S1, and return the estimate at S1.
@@ -87,7 +88,7 @@ class Feed:
 
         def has_come() -> bool:
             nonlocal seen
-            new = [_sample(message, self._field) for message in self._messages[seen:]]
+            new = [self._sample(message) for message in self._messages[seen:]]
             seen += len(new)
             found.extend(sample.value for sample in new if sample.stamp_ns == stamp_ns)
             return bool(found)
@@ -109,9 +110,7 @@ class Feed:
 
     def publish(self, publisher: Publisher, sample: Sample) -> None:
         """Publish any sample at all."""
-        blank = new_message(self._type_name)
-        publisher.publish(copy_with(blank, self._field, sample.value, sample.stamp_ns))
+        publisher.publish(self._template.filled(sample.value, sample.stamp_ns))
 
-
-def _sample(message: object, field: FieldPath) -> Sample:
-    return Sample(*sample_from_message(message, field, 0))
+    def _sample(self, message: object) -> Sample:
+        return self._codec.sample(serialize_message(message), 0)

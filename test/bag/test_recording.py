@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from bag.making import FLOAT, float_data
 from bag.recorded import SECOND, Scalar, at, messages, read, swing, write_scalars
+from sensor_msgs.msg import JointState
 
-from fuzzy_fusion_ros.bag import BagWriter, jazzy_types, open_bag, serialize
-from fuzzy_fusion_ros.bag.blank import blank_message
+from fuzzy_fusion_ros.bag import BagWriter, open_bag, serialize
 from fuzzy_fusion_ros.bag.recording import read_explanation, read_recording
 from fuzzy_fusion_ros.bag.roles import Topics, unit_of
 from fuzzy_fusion_ros.core.errors import BagError, MessageError
@@ -122,11 +122,11 @@ def test_a_message_that_lacks_the_number_is_left_out(tmp_path: Path) -> None:
 
 
 def test_a_message_without_the_element_is_left_out(tmp_path: Path) -> None:
-    joints = blank_message(jazzy_types(), "sensor_msgs/msg/JointState")
+    joints = JointState()
     with BagWriter(tmp_path / "bag") as writer:
         for k in range(3):
             joints.header.stamp.sec = at(k) // SECOND
-            joints.position = np.arange(k, dtype=np.float64)
+            joints.position = [float(each) for each in range(k)]
             writer.write("/s1", "sensor_msgs/msg/JointState", at(k), serialize(joints))
             writer.write("/s2", FLOAT, at(k), float_data(k))
     recording = read(tmp_path / "bag", Topics(fields={"s1": "position[0]"}))

@@ -21,8 +21,8 @@ from fuzzy_fusion_ros.bag.replay import replay
 from fuzzy_fusion_ros.bag.roles import Topics
 from fuzzy_fusion_ros.core.fusion import Fusion
 from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.core.sample import Sample
-from fuzzy_fusion_ros.messages import FieldPath, sample_from_message
+from fuzzy_fusion_ros.messages import ScalarCodec
+from fuzzy_fusion_ros.messages.outputs import POINT
 
 LIMIT_MB = 200.0
 LONGEST = 10_000_000
@@ -107,13 +107,13 @@ def read(path: Path) -> None:
 def fuse(path: Path) -> None:
     """Run the fusion over a bag and keep nothing."""
     fusion = Fusion(FA)
-    field = FieldPath("point.x")
     take = {"/s1": fusion.take_s1, "/s2": fusion.take_s2}
     with open_bag(path) as bag:
+        codec = ScalarCodec(bag.types, POINT)
         for message in bag.messages():
             if message.topic in take:
-                sample = sample_from_message(bag.decode(message), field, message.log_ns)
-                take[message.topic](Sample(*sample), message.log_ns)
+                sample = codec.sample(message.data, message.log_ns)
+                take[message.topic](sample, message.log_ns)
 
 
 def _memory_rows(folder: Path, effort: Effort) -> list[Row]:

@@ -19,7 +19,7 @@ from fuzzy_fusion_ros.cli import replay, score
 from fuzzy_fusion_ros.core.errors import FusionError, MessageError, ParameterError
 from fuzzy_fusion_ros.core.parameter_tree import Descriptor, descriptors, replace
 from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.messages import InstalledTypes, resolve_field
+from fuzzy_fusion_ros.messages import InstalledTypes, ScalarCodec
 from fuzzy_fusion_ros.parameter_file import parameters_from
 
 
@@ -208,7 +208,8 @@ def field_paths(seeds: Iterable[int]) -> Counter[str]:
         text = "".join(rng.choice(PIECES) for _ in range(rng.randrange(8)))
         try:
             with no_hang():
-                resolve_field(rng.choice(sources), rng.choice(TYPES), text).read(object())
+                codec = ScalarCodec(rng.choice(sources), rng.choice(TYPES), text)
+                codec.sample(b"\0\1\0\0" + rng.randbytes(rng.randrange(200)), 0)
         except MessageError as error:
             one_line(error)
         outcomes["tried"] += 1
