@@ -6,9 +6,12 @@ workspace was sourced before Python started. Prints its result as JSON.
 
 from __future__ import annotations
 
+import itertools
 import json
 import signal
 import sys
+from collections.abc import Sequence, Sized
+from functools import partial
 from typing import Any
 
 from fuzzy_fusion_ros.messages import load_message_class
@@ -38,6 +41,16 @@ def sample(message: Any) -> tuple[int, float]:
     return stamp.sec * 10**9 + stamp.nanosec, value
 
 
+def has_more_than(number: int, things: Sized) -> bool:
+    """Return whether there are more things than a number."""
+    return len(things) > number
+
+
+def is_newest(stamp_ns: int, messages: Sequence[Any]) -> bool:
+    """Return whether the last message has a stamp."""
+    return sample(messages[-1])[0] == stamp_ns
+
+
 def end(process: Process) -> None:
     """End an executable in good order."""
     process.send(signal.SIGINT)
@@ -45,16 +58,15 @@ def end(process: Process) -> None:
 
 
 def fuse(
-    s1_type: str, s2_type: str, s1: Samples, s2: Samples, estimates: int, parameters: str, bag: str
+    s1_type: str, s2_type: str, s1: Samples, s2: Samples, parameters: str, bag: str
 ) -> dict[str, Any]:
-    """Feed ``fusion_node`` with both sensors, record, and return its estimates.
+    """Feed ``fusion_node`` pair by pair, each waiting for its estimate, and return the estimates.
 
     Args:
         s1_type: Type of S1.
         s2_type: Type of S2.
         s1: Samples of S1.
         s2: Samples of S2, as many.
-        estimates: How many estimates to wait for.
         parameters: A ROS parameter YAML.
         bag: The bag to record to.
     """
@@ -67,21 +79,23 @@ def fuse(
         harness.spin_until_matched(first, second)
         harness.spin_until(lambda: harness.node.count_publishers("/estimate"))
         names_and_types = dict(harness.node.get_topic_names_and_types())
-        for one, other in zip(s1, s2, strict=True):
+        for k, (one, other) in enumerate(zip(s1, s2, strict=True)):
             second.publish(message(s2_type, *other))
             first.publish(message(s1_type, *one))
-        harness.spin_until(lambda: len(heard) >= estimates, f"{estimates} estimates")
+            harness.spin_until(partial(has_more_than, k, heard), f"estimate {k}")
         end(process)
         return {"types": names_and_types["/estimate"], "samples": [sample(each) for each in heard]}
 
 
 def subscribe(input_type: str, samples: Samples) -> Samples:
-    """Feed ``sensor_subscriber`` and return what it publishes.
+    """Feed ``sensor_subscriber`` sample by sample, and return what it publishes of some samples.
 
     Args:
         input_type: Type of the sensor.
-        samples: Its samples.
+        samples: Its samples, stamped later than 2 s; what is stamped earlier is sent until it is
+            known that something arrives.
     """
+    early_ns = itertools.count(10**9)
     given = {"input.type": input_type, "qos": "reliable"}
     words = [word for name, value in given.items() for word in ("-p", f"{name}:={value}")]
     with Harness() as harness:
@@ -89,12 +103,17 @@ def subscribe(input_type: str, samples: Samples) -> Samples:
         sensor = harness.publisher("/input", input_type)
         heard = harness.record("/output")
         harness.spin_until_matched(sensor)
-        harness.spin_until(lambda: harness.node.count_publishers("/output"))
-        for each in samples:
-            sensor.publish(message(input_type, *each))
-        harness.spin_until(lambda: len(heard) == len(samples), "all samples")
+
+        def is_connected() -> bool:
+            sensor.publish(message(input_type, next(early_ns), 0.0))
+            return bool(heard)
+
+        harness.spin_until(is_connected, "connected on both sides")
+        for stamp_ns, value in samples:
+            sensor.publish(message(input_type, stamp_ns, value))
+            harness.spin_until(partial(is_newest, stamp_ns, heard), f"the sample of {stamp_ns} ns")
         end(process)
-        return [sample(each) for each in heard]
+        return [each for each in map(sample, heard) if each[0] >= samples[0][0]]
 
 
 JOBS = {job.__name__: job for job in (fuse, subscribe)}

@@ -80,7 +80,6 @@ def test_its_types_are_fused_recorded_and_replayed(
         s2_type=s2_type,
         s1=S1,
         s2=S2,
-        estimates=len(wanted),
         parameters=str(parameters),
         bag=str(live),
     )
