@@ -7,6 +7,7 @@ then at most one of S1 to estimate at.
 from __future__ import annotations
 
 from collections import OrderedDict
+from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 from fuzzy_fusion_ros.core.clock import seconds_between
@@ -177,9 +178,9 @@ class _Waiting:
 
 def trigger_for(parameters: Parameters) -> Trigger:
     """Return the trigger that ``parameters.trigger`` names."""
-    kinds: dict[str, type[Trigger]] = {
+    kinds: dict[str, Callable[[Parameters], Trigger]] = {
         "s1": S1Trigger,
         "pair": PairTrigger,
         "timer": TimerTrigger,
     }
-    return kinds[parameters.trigger](parameters)  # type: ignore[call-arg]
+    return kinds[parameters.trigger](parameters)
