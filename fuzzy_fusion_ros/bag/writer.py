@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from types import TracebackType
 
 from fuzzy_fusion_ros.bag.mcap_writer import McapWriter
 from fuzzy_fusion_ros.bag.metadata import describe_bag, write_metadata
@@ -59,12 +58,7 @@ class BagWriter:
         """Return the writer itself."""
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Close the bag, also after an error: what was written is whole."""
         self.close()
 

@@ -9,7 +9,6 @@ import sys
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
-from types import TracebackType
 
 PROGRAM = "import sys; from fuzzy_fusion_ros.cli.{name} import main; sys.exit(main())"
 SOURCES = str(Path(__file__).parents[2])
@@ -48,12 +47,7 @@ class Process:
         """Return the process itself."""
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Kill the process if it still runs."""
         self.close()
 

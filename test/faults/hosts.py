@@ -8,7 +8,6 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from types import TracebackType
 
 from fuzzy_fusion_ros.testing.process import PROGRAM, SOURCES
 
@@ -75,12 +74,7 @@ class Hosts:
             self._closing = opening.pop_all()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """End all programs, remove both hosts."""
         self._closing.close()
 
