@@ -1,0 +1,133 @@
+"""Tunes on the first half of every stand-in and scores on the second, beside the baselines.
+
+python test/tuning/evaluate.py --seeds 0-4
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from tuning.recordings import Made
+from tuning.standins import HOSTILE, STANDINS, standin
+
+from fuzzy_fusion_ros.baselines import methods
+from fuzzy_fusion_ros.core.series import Series, fusion, run
+from fuzzy_fusion_ros.tuning import tune
+
+SINGLE = ("s1", "s2")
+ENOUGH = 0.9
+"""Beaten by 10 %."""
+
+NO_WORSE = 1.03
+"""No worse than a sensor, on data that neither was fitted to."""
+
+
+def main() -> None:
+    """Print a row per kind and mode, then what they come to."""
+    given = _parser().parse_args()
+    first, _, last = given.seeds.partition("-")
+    rows = []
+    for name in given.kinds or [*STANDINS, *HOSTILE]:
+        for seed in range(int(first), int(last or first) + 1):
+            made = standin(name, seed)
+            rows += [evaluated(name, seed, made, with_truth) for with_truth in (True, False)]
+            for row in rows[-2:]:
+                print(line(row), flush=True)
+    for title, kinds in (("stand-ins", STANDINS), ("hostile", HOSTILE)):
+        for with_truth in (True, False):
+            chosen = [r for r in rows if r["kind"] in kinds and r["truth"] == with_truth]
+            if chosen:
+                print(f"{title}, {'with' if with_truth else 'without'} truth: {summed(chosen)}")
+    if given.json:
+        Path(given.json).write_text(json.dumps(rows, indent=1), encoding="utf-8")
+
+
+def evaluated(name: str, seed: int, made: Made, with_truth: bool) -> dict[str, Any]:
+    """Tune on the first half; return every error on the second."""
+    began = time.monotonic()
+    half = made.truth.size // 2
+    series = made.series
+    known = series.s2_known[:half]
+    learnt = Series(
+        series.s1_ns[:half],
+        series.s1[:half],
+        series.s2_ns[: known[-1]],
+        series.s2[: known[-1]],
+        known,
+    )
+    tuned = tune(learnt, made.truth[:half] if with_truth else None, threads=1)
+
+    def rmse(method: Any) -> float:
+        error = (run(method, series).value - made.truth)[half:]
+        return float(np.sqrt(np.mean(np.square(error))))
+
+    return {
+        "kind": name,
+        "seed": seed,
+        "truth": with_truth,
+        "ours": rmse(fusion(tuned.parameters)),
+        "chosen": tuned.chosen,
+        "correlation": tuned.found.lag.correlation,
+        "others": {each: rmse(method) for each, method in methods(tuned.baselines).items()},
+        "rungs": {
+            each.name: (
+                each.fitted,
+                each.unseen,
+                rmse(fusion(each.parameters)),
+                *each.unseen_blocks,
+            )
+            for each in tuned.steps
+        },
+        "seconds": time.monotonic() - began,
+    }
+
+
+def ratio(row: dict[str, Any]) -> float:
+    """Return our error over that of the best baseline; of hostile kinds, the best sensor."""
+    names = SINGLE if row["kind"] in HOSTILE else row["others"]
+    return float(row["ours"] / max(min(row["others"][each] for each in names), 1e-3))
+
+
+def line(row: dict[str, Any]) -> str:
+    """Return a row of the table."""
+    best = min(row["others"], key=row["others"].__getitem__)
+    rungs = " ".join(f"{name[:4]} {x[2]:.4f}" for name, x in row["rungs"].items())
+    return (
+        f"{row['kind']:16}{row['seed']:4} {'truth' if row['truth'] else 'free ':6}"
+        f"{ratio(row):6.2f}  ours {row['ours']:.4f} ({row['chosen'][:5]:5})  "
+        f"{best} {row['others'][best]:.4f}  {rungs}  r {row['correlation']:.2f} "
+        f"{row['seconds']:.0f} s"
+    )
+
+
+def summed(rows: list[dict[str, Any]]) -> str:
+    """Return what ratios come to."""
+    ratios = np.array([ratio(each) for each in rows])
+    if rows[0]["kind"] in HOSTILE:
+        return f"{np.sum(ratios <= NO_WORSE)} of {ratios.size} no worse than the best sensor"
+    mean = float(np.exp(np.mean(np.log(ratios))))
+    return (
+        f"ours over the best baseline {mean:.3f} (geometric mean), worst {ratios.max():.2f}; "
+        f"{np.sum(ratios <= ENOUGH)} of {ratios.size} at most {ENOUGH:g}"
+    )
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", default="0", help="one, or FIRST-LAST")
+    parser.add_argument("--kinds", nargs="*", help="all unless given")
+    parser.add_argument("--json", metavar="FILE")
+    return parser
+
+
+if __name__ == "__main__":
+    main()
