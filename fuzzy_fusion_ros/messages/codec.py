@@ -100,12 +100,11 @@ class ScalarCodec:
         """Return a message in which stamp and number can be replaced.
 
         Args:
-            data: The message, serialised.
+            data: A message that :meth:`sample` can read, but for the element it may lack.
 
         Raises:
-            MessageError: It lacks the element, or is no message of the type.
+            MessageError: It lacks the element.
         """
-        self.sample(data, 0)  # says what is wrong with it
         view = self._view(data)
         stamp_at = None if view.stamp_at is None else view.stamp_at(data, ORIGIN)
         return Template(data, self.field, view, view.number_at(data, ORIGIN), stamp_at)

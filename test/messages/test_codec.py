@@ -301,9 +301,8 @@ def test_a_stamp_that_does_not_fit_is_refused(world: World, stamp_ns: int) -> No
 )
 def test_what_is_no_message_of_the_type_is_an_error(data: bytes, problem: str) -> None:
     codec = ScalarCodec(InstalledTypes(), POINT)
-    for read in (lambda: codec.sample(data, 0), lambda: codec.template(data)):
-        with pytest.raises(MessageError, match=problem):
-            read()
+    with pytest.raises(MessageError, match=problem):
+        codec.sample(data, 0)
 
 
 def test_counts_beyond_the_message_end_at_once(rosbags: World) -> None:
