@@ -1,7 +1,7 @@
 """Fits the parameters to a recording, with or without a truth, and writes them for fusion_node.
 
 It tells what the sensors are like, fits a ladder of settings from either sensor alone to the
-whole fusion, and takes the simplest that does well on parts of the recording that it was not
+whole fusion, and takes the first that does well on parts of the recording that it was not
 fitted to. The baselines are fitted alike and written beside ours; score reads them by --params.
 Without a truth it fits to what both sensors say with hindsight.
 """

@@ -8,7 +8,7 @@ import numpy as np
 
 from fuzzy_fusion_ros.core.series import Reals, Series
 from fuzzy_fusion_ros.tuning.errors import TuneError
-from fuzzy_fusion_ros.tuning.lag import Lag, lag_of, read_through
+from fuzzy_fusion_ros.tuning.lag import Lag, read_through, trusted_lag
 from fuzzy_fusion_ros.tuning.times import held_s2, seconds
 
 FEWEST_S1 = 50
@@ -42,6 +42,8 @@ class Characteristics(NamedTuple):
         spike_share: Share of S1's samples that are spikes.
         spike_scale: Usual distance of a sample from the median around it, unit of the signal.
         lag: Delay and time constant of S2 against S1.
+        chance: Correlation through a lag that unrelated sensors would reach by chance; 0 where
+            that of these is beyond doubt.
         bias: Mean of what S2 would read if S1 were right less what it reads, unit of the signal.
         drift: Slope of that over the recording, unit of the signal per second.
         wander: What is left of it about that line, standard deviation, unit of the signal.
@@ -57,6 +59,7 @@ class Characteristics(NamedTuple):
     spike_share: float
     spike_scale: float
     lag: Lag
+    chance: float
     bias: float
     drift: float
     wander: float
@@ -67,6 +70,11 @@ class Characteristics(NamedTuple):
     def has_spikes(self) -> bool:
         """Whether S1 has spikes that are worth rejecting."""
         return self.spike_share >= FEWEST_SPIKES
+
+    @property
+    def related(self) -> bool:
+        """Whether S1 and S2 have more in common than chance gives."""
+        return self.lag.correlation > self.chance
 
 
 def characterise(series: Series) -> Characteristics:
@@ -79,7 +87,7 @@ def characterise(series: Series) -> Characteristics:
     s1_s, s2_s = seconds(series)
     clean, spike_share, spike_scale = without_spikes(series.s1)
     s1 = clean if spike_share >= FEWEST_SPIKES else series.s1
-    lag = lag_of(s1_s, s1, s2_s, series.s2)
+    lag, chance = trusted_lag(s1_s, s1, s2_s, series.s2)
     error = read_through(lag, s1_s, s1, s2_s) - series.s2
     about = s2_s - s2_s.mean()
     drift = float(about @ error / (about @ about))
@@ -94,6 +102,7 @@ def characterise(series: Series) -> Characteristics:
         spike_share=spike_share,
         spike_scale=spike_scale,
         lag=lag,
+        chance=chance,
         bias=float(error.mean()),
         drift=drift,
         wander=float(np.std(error - drift * about)),

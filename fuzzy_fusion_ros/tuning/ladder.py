@@ -1,6 +1,6 @@
-"""The guard against over-fitting: a ladder of settings, simplest first, judged on unseen blocks.
+"""The guard against over-fitting: a ladder of settings, judged on unseen blocks.
 
-The simplest setting wins that is within a few per cent of the best on blocks of the recording
+The first setting wins that is within a few per cent of the best on blocks of the recording
 that it was not fitted to. Either sensor alone is on the ladder, so what wins is no worse.
 """
 
@@ -13,7 +13,7 @@ import numpy as np
 from fuzzy_fusion_ros.core.parameter_tree import replace
 from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.core.series import Reals
-from fuzzy_fusion_ros.tuning.characterise import Characteristics
+from fuzzy_fusion_ros.tuning.characterise import TINY, Characteristics
 from fuzzy_fusion_ros.tuning.fit import Flags, Problem, Setting, cost_of, fits
 from fuzzy_fusion_ros.tuning.search import Found, Pool, Search
 from fuzzy_fusion_ros.tuning.settings import Rung, rungs_for
@@ -25,7 +25,7 @@ REFIT = 300
 """Evaluations of each such fit."""
 
 CLOSE_TO_BEST = 1.03
-"""A simpler setting may be this much worse on unseen blocks and still wins."""
+"""A preferred setting may be this much worse on unseen blocks and still wins."""
 
 _REFIT_SPREAD = 0.1
 
@@ -57,7 +57,7 @@ def planned(found: Characteristics) -> int:
 
 
 def climb(problem: Problem, found: Characteristics, pool: Pool, seed: int) -> list[Step]:
-    """Fit and judge every setting of the ladder, simplest first.
+    """Fit and judge every setting of the ladder, the preferred first.
 
     Args:
         problem: What is fitted.
@@ -87,9 +87,9 @@ def climb(problem: Problem, found: Characteristics, pool: Pool, seed: int) -> li
 
 
 def chosen(steps: list[Step]) -> Step:
-    """Return the simplest setting that is about as good as the best on unseen blocks."""
+    """Return the first setting that is about as good as the best on unseen blocks."""
     best = min(each.unseen for each in steps)
-    return next(each for each in steps if each.unseen <= CLOSE_TO_BEST * best)
+    return next(each for each in steps if each.unseen <= CLOSE_TO_BEST * best + TINY)
 
 
 def blocks_of(counted: Flags) -> list[Flags]:

@@ -19,8 +19,18 @@ GRID = 18
 REFINEMENTS = 3
 """Times that the grid is halved around the best."""
 
+TRUSTED = 0.5
+"""From this correlation on the lag is more than a guess."""
+
+SHIFTS = 19
+"""Shifts of S1 by which chance is judged: one in twenty unrelated pairs passes."""
+
 _CLEARLY = 1e-4
 """So much more correlation makes a longer lag the better explanation."""
+
+
+_FAR = 2.0
+"""Where outliers are limited, a change of S2 counts as at most twice one that exceeds 9 in 10."""
 
 
 class Lag(NamedTuple):
@@ -57,7 +67,35 @@ class _Changes(NamedTuple):
     s2: Reals
 
 
-def lag_of(s1_s: Reals, s1: Reals, s2_s: Reals, s2: Reals) -> Lag:
+def trusted_lag(s1_s: Reals, s1: Reals, s2_s: Reals, s2: Reals) -> tuple[Lag, float]:
+    """Find the lag, and the correlation that unrelated sensors of this kind would reach.
+
+    Where S1 explains little of S2, outliers of S2 may be why: then the lag is found with these
+    limited. Where that does not help either, chance is judged by the largest correlation found
+    with S1 shifted by long parts of the recording, its end put in front: what is left of its
+    motion has nothing to do with S2 then.
+
+    Args:
+        s1_s: Times of S1, shape (n,), seconds.
+        s1: S1, free of spikes, shape (n,).
+        s2_s: Times of S2, shape (m,), seconds.
+        s2: S2, shape (m,).
+
+    Returns:
+        The lag, and chance: 0 where the lag is beyond doubt.
+    """
+    lag = lag_of(s1_s, s1, s2_s, s2)
+    if lag.correlation >= TRUSTED:
+        return lag, 0.0
+    lag = lag_of(s1_s, s1, s2_s, s2, limited=True)
+    if lag.correlation >= TRUSTED:
+        return lag, 0.0
+    shifts = [(k + 1) * s1.size // (SHIFTS + 1) for k in range(SHIFTS)]
+    shifted = [lag_of(s1_s, np.roll(s1, each), s2_s, s2, limited=True) for each in shifts]
+    return lag, max(each.correlation for each in shifted)
+
+
+def lag_of(s1_s: Reals, s1: Reals, s2_s: Reals, s2: Reals, limited: bool = False) -> Lag:
     """Find the lag at which the changes of S1, seen through it, correlate most with those of S2.
 
     Changes do not see a bias, and hardly a drift. Both are looked at from sample to sample of
@@ -68,6 +106,7 @@ def lag_of(s1_s: Reals, s1: Reals, s2_s: Reals, s2: Reals) -> Lag:
         s1: S1, free of spikes, shape (n,).
         s2_s: Times of S2, shape (m,), seconds.
         s2: S2, shape (m,).
+        limited: Whether large changes of S2 count less.
     """
     shortest = float(np.median(np.diff(s1_s)))
     interval = float(np.median(np.diff(s2_s)))
@@ -75,7 +114,7 @@ def lag_of(s1_s: Reals, s1: Reals, s2_s: Reals, s2: Reals) -> Lag:
     grid = np.geomspace(max(shortest / 2.0, longest / 500.0), max(longest, shortest), GRID)
     factor = float((grid[-1] / grid[0]) ** (1.0 / (GRID - 1)))
     strides = {1, max(1, min(round(1.0 / interval), s2.size // 4))}
-    kinds = [_changes(over, interval, s2_s, s2) for over in sorted(strides)]
+    kinds = [_changes(over, interval, s2_s, s2, limited) for over in sorted(strides)]
     tried = np.append(0.0, grid)
     found = [_search(s1_s, s1, s2_s, each, tried, tried) for each in kinds]
     best = max(range(len(kinds)), key=lambda k: found[k].correlation)
@@ -95,9 +134,13 @@ def read_through(lag: Lag, s1_s: Reals, s1: Reals, s2_s: Reals) -> Reals:
     return np.interp(s2_s - lag.delay, s1_s, behind)
 
 
-def _changes(over: int, interval: float, s2_s: Reals, s2: Reals) -> _Changes:
+def _changes(over: int, interval: float, s2_s: Reals, s2: Reals, limited: bool) -> _Changes:
     usable = (s2_s[over:] - s2_s[:-over]) < 3.0 * over * interval
-    return _Changes(over, usable, (s2[over:] - s2[:-over])[usable])
+    changes = (s2[over:] - s2[:-over])[usable]
+    if limited and changes.size:
+        most = _FAR * float(np.quantile(np.abs(changes), 0.9))
+        changes = np.clip(changes, -most, most)
+    return _Changes(over, usable, changes)
 
 
 def _search(

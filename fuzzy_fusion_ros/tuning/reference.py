@@ -7,6 +7,7 @@ bands without delay, less its bias, which S2 tells through its lag from both sid
 from __future__ import annotations
 
 import itertools
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +16,7 @@ from fuzzy_fusion_ros.core.series import Reals, Series
 from fuzzy_fusion_ros.tuning.characterise import Characteristics, root_mean_square, without_spikes
 from fuzzy_fusion_ros.tuning.lag import read_through
 from fuzzy_fusion_ros.tuning.smoothing import smoothed
-from fuzzy_fusion_ros.tuning.times import seconds
+from fuzzy_fusion_ros.tuning.times import held_s2, seconds
 
 _SMOOTHING_TIMES = 18
 _NEARLY = 1.02
@@ -29,7 +30,7 @@ class _Smoothing(NamedTuple):
 
     Attributes:
         misfit: Of what it says to what was left out, unit of the signal.
-        time_constant: Seconds.
+        time_constant: Seconds; infinite: the bias is a constant.
         straight: Whether by lines.
     """
 
@@ -37,20 +38,31 @@ class _Smoothing(NamedTuple):
     time_constant: float
     straight: bool
 
+    def of(self, s2_s: Reals, error: Reals) -> Reals:
+        """Return the bias at the times of S2, shape (m,)."""
+        return smoothed(s2_s, error, self.time_constant, self.straight)
+
 
 def reference_without_truth(series: Series, found: Characteristics) -> Reals:
     """Return the signal as hindsight tells it, at each S1 sample, shape (n,).
+
+    Where S1 has nothing to do with S2 that is S2 as it comes. Where S1 as it is predicts S2, or
+    less a constant, it has no bias, or a constant one.
 
     Args:
         series: The recording.
         found: What its sensors are like.
     """
+    if not found.related:
+        return held_s2(series)
     s1_s, s2_s = seconds(series)
     s1 = without_spikes(series.s1)[0] if found.has_spikes else series.s1
     clean = without_noise(s1_s, s1, found)
     error = read_through(found.lag, s1_s, clean, s2_s) - series.s2
     smoothing = _best_smoothing(s2_s, error, found)
-    bias = smoothed(s2_s, error, smoothing.time_constant, smoothing.straight)
+    if root_mean_square(error) <= _NEARLY * smoothing.misfit:
+        return clean  # S1 as it is predicts S2 as well as S1 less any bias
+    bias = smoothing.of(s2_s, error)
     return clean - np.interp(s1_s, s2_s - found.lag.total, bias)
 
 
@@ -98,7 +110,10 @@ def _wiener_gains(powers: Reals, noise: float) -> Reals:
 
 
 def _best_smoothing(s2_s: Reals, error: Reals, found: Characteristics) -> _Smoothing:
-    """Return the longest of the smoothings that predict the bias across a hole well."""
+    """Return the longest of the smoothings that predict the bias across a hole well.
+
+    A constant is the longest of all.
+    """
     hole = max(3.0 * found.lag.total, 1.5 * found.s2_interval)
     times = np.geomspace(
         0.1 * found.s2_interval, max(100.0 * found.s2_interval, 60.0), _SMOOTHING_TIMES
@@ -113,6 +128,10 @@ def _best_smoothing(s2_s: Reals, error: Reals, found: Characteristics) -> _Smoot
         for straight in (False, True)
     ]
     best = min(tried)
+    constant = smoothed(s2_s, error, math.inf, False, hole)
+    misfit = root_mean_square(error - constant)
+    if misfit <= _NEARLY * best.misfit:
+        return _Smoothing(misfit, math.inf, False)
     good = [
         each
         for each in tried

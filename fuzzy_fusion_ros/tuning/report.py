@@ -9,11 +9,9 @@ import numpy as np
 
 from fuzzy_fusion_ros.core.parameter_tree import flatten
 from fuzzy_fusion_ros.tuning.characterise import Characteristics
+from fuzzy_fusion_ros.tuning.lag import TRUSTED
 from fuzzy_fusion_ros.tuning.settings import LOST_AFTER
 from fuzzy_fusion_ros.tuning.tune import Tuned
-
-TRUSTED = 0.5
-"""From this correlation on the lag is more than a guess."""
 
 
 def described(found: Characteristics, unit: str) -> list[str]:
@@ -146,6 +144,11 @@ def _gap(found: Characteristics) -> str:
 
 def _trust(found: Characteristics) -> str:
     correlation = found.lag.correlation
+    if not found.related:
+        return (
+            f"; that means nothing: S1 and S2 have no more in common than chance gives "
+            f"(correlation {correlation:.2f})"
+        )
     if correlation < TRUSTED:
         return (
             f"; a guess: seen through it, S1 explains little of S2 (correlation {correlation:.2f})"

@@ -1,4 +1,8 @@
-"""The settings of the ladder, simplest first: which parameters each moves, and from where."""
+"""The settings of the ladder, the preferred first: which parameters each moves, and from where.
+
+Either sensor alone comes first. The rules on a bare S1 come last, though they are simpler than
+the settings before: these also follow a drift of S1 that the recording does not show.
+"""
 
 from __future__ import annotations
 
@@ -46,9 +50,9 @@ def rungs_for(found: Characteristics) -> list[Rung]:
     return [
         Rung("s2", "S2 as it comes", _alone(0.0, patient)),
         Rung("s1", "S1 as it comes", _alone(1.0, lost)),
-        Rung("aggregator", "the paper's rules, S1 as it comes", _aggregator(found, lost)),
         Rung("conditioned", "S1 conditioned, alone", _conditioned(found, lost)),
         Rung("full", "S1 conditioned, then the rules", _full(found, lost)),
+        Rung("aggregator", "the paper's rules, S1 as it comes", _aggregator(found, lost)),
     ]
 
 

@@ -53,7 +53,7 @@ def test_unrelated_sensors_are_said_to_be() -> None:
     series = made(Sensors()).series
     noise = np.random.default_rng(1).standard_normal(series.s2.size)
     text = "\n".join(described(characterise(series._replace(s2=noise)), "m/s"))
-    assert "a guess" in text
+    assert "no more in common than chance gives" in text
     assert "(m/s)/s" in text
 
 
@@ -66,3 +66,20 @@ def test_too_little_is_refused() -> None:
         characterise(series._replace(s2=np.ones_like(series.s2)))
     with pytest.raises(TuneError, match="got 0 samples of S1 after the first of S2"):
         characterise(series._replace(s2_known=np.zeros_like(series.s2_known)))
+
+
+def test_a_few_wild_samples_of_s2_do_not_hide_the_lag() -> None:
+    series = made(Sensors(lag=0.4), seconds=120.0).series
+    generator = np.random.default_rng(2)
+    s2 = series.s2 + 8.0 * generator.standard_normal(series.s2.size) * (
+        generator.random(series.s2.size) < 0.03
+    )
+    found = characterise(series._replace(s2=s2))
+    assert found.related
+    assert found.lag.total == pytest.approx(0.4, abs=0.1)
+
+
+def test_a_loose_relation_is_called_a_guess() -> None:
+    found = characterise(made(Sensors()).series)
+    loose = found._replace(lag=found.lag._replace(correlation=0.4), chance=0.2)
+    assert "a guess" in "\n".join(described(loose, "m/s"))

@@ -17,7 +17,15 @@ from fuzzy_fusion_ros.tuning import Tuned, TuneError, fit_baselines, tune
 from fuzzy_fusion_ros.tuning.fit import Problem
 from fuzzy_fusion_ros.tuning.ladder import BLOCKS, Step, blocks_of, chosen
 from fuzzy_fusion_ros.tuning.report import as_json, comments, outcome
-from fuzzy_fusion_ros.tuning.tune import error_of, rounded, simplified, with_predictor
+from fuzzy_fusion_ros.tuning.tune import (
+    INSTANT,
+    WATCHFUL,
+    error_of,
+    rounded,
+    simplified,
+    watchful,
+    with_predictor,
+)
 
 SENSORS = Sensors(bias=0.4, noise=0.1, delay=0.2)
 
@@ -116,6 +124,37 @@ def test_a_useless_s1_leaves_s2(patch: pytest.MonkeyPatch) -> None:
     assert result.error <= 1.01 * result.baseline_errors["s2"]
 
 
+def test_without_a_truth_an_s1_that_has_nothing_to_do_with_s2_leaves_s2(
+    patch: pytest.MonkeyPatch,
+) -> None:
+    series, truth = made(Sensors(lag=0.2))
+    for useless in (np.random.default_rng(5).standard_normal(truth.size), 0.0 * truth):
+        result = tune(series._replace(s1=useless))
+        assert result.chosen == "s2"
+        assert result.error == 0.0
+        assert "no more in common than chance gives" in "\n".join(comments(result, "", "a bag"))
+
+
+def test_without_a_truth_an_s1_that_needs_no_bias_is_left_alone(patch: pytest.MonkeyPatch) -> None:
+    series, truth = made(Sensors(bias=0.0, noise=0.0))
+    poor = series.s2 + 0.3 * np.random.default_rng(5).standard_normal(series.s2.size)
+    result = tune(series._replace(s2=poor))
+    value = run(fusion(result.parameters), series._replace(s2=poor)).value
+    assert rmse(value, Made(series, truth)) < 0.01
+
+
+def test_the_bias_is_learnt_as_quickly_as_costs_next_to_nothing(recording: Made) -> None:
+    series, truth = recording
+    problem = Problem(series, truth, series.s2_known > 0, Parameters())
+    weights = {f"aggregator.weight.{each}": 1.0 for each in _WEIGHTS}
+    slow = replace(Parameters(), {**weights, "s1.bias_time_constant": 100.0, **_LAG})
+    quick = watchful(problem, slow)
+    assert quick.s1.bias_time_constant < 100.0
+    assert problem.misfit(quick) <= WATCHFUL * problem.misfit(slow)
+    unlearnt = replace(slow, {"s1.bias_time_constant": INSTANT})
+    assert watchful(problem, unlearnt) == unlearnt
+
+
 def test_a_perfect_s1_leaves_s1(patch: pytest.MonkeyPatch) -> None:
     series, truth = made(Sensors(bias=0.0, noise=0.0))
     result = tune(series, truth)
@@ -128,7 +167,7 @@ def test_a_truth_that_is_elsewhere_is_refused(recording: Made) -> None:
         tune(recording.series, np.full_like(recording.truth, np.nan))
 
 
-def test_the_simplest_of_the_good_is_chosen() -> None:
+def test_the_first_of_the_good_is_chosen() -> None:
     def step(name: str, unseen: float) -> Step:
         return Step(name, "", Parameters(), 0.0, unseen, ())
 
@@ -172,6 +211,7 @@ def test_the_predictor_is_taken_only_where_it_helps() -> None:
     assert not with_predictor(perfect, alone).predictor.enabled
 
 
+_LAG = {"s1.bias_moving_share": 1.0, "s2.lag_time_constant": 0.4, "s2.delay": 0.2}
 _WEIGHTS = ("very_small", "small", "large", "very_large")
 
 
