@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any, TypeVar
 
 from tqdm import tqdm
@@ -28,6 +29,23 @@ def progress(
 def bar(text: str, total: int | None = None, unit: str = "") -> tqdm[Any]:
     """Return a bar to move by hand; a context manager."""
     return tqdm(total=total, desc=text, unit=unit, **_look())
+
+
+@contextmanager
+def counted(text: str, unit: str = "") -> Iterator[Callable[[int, int], None]]:
+    """Show a bar to move by telling how much is done, and of how much.
+
+    Args:
+        text: What is done.
+        unit: What is counted, with a space before it.
+    """
+    with bar(text, unit=unit) as shown:
+
+        def advance(done: int, of: int) -> None:
+            shown.total = of
+            shown.update(done - shown.n)
+
+        yield advance
 
 
 def _look() -> dict[str, Any]:

@@ -2,25 +2,31 @@
 
 Truth is joined by header stamp, linearly between its samples, never beyond them; all estimators
 are scored at the same stamps. The baselines have the parameters that tune wrote beside ours into
-the file of --params, else such as follow from the recording itself.
+the file of --params; else they are fitted here, by the same optimiser, to the very span that is
+scored, so that they look better than they would on any other.
 """
 
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import sys
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fuzzy_fusion_ros.baselines import BaselineParameters
 from fuzzy_fusion_ros.cli import options
-from fuzzy_fusion_ros.cli.progress import progress
+from fuzzy_fusion_ros.cli.progress import counted, progress
 from fuzzy_fusion_ros.cli.status import DONE, FAILED, UsageError, command, say
 from fuzzy_fusion_ros.core.parameter_tree import flatten, replace
+from fuzzy_fusion_ros.core.series import Reals, Series
 from fuzzy_fusion_ros.parameter_file import ParameterFileError, load
 from fuzzy_fusion_ros.scoring.regression import read_scores, regressions
 from fuzzy_fusion_ros.scoring.report import report
-from fuzzy_fusion_ros.scoring.score import Score, score_bag
+from fuzzy_fusion_ros.scoring.score import Fit, Score, score_bag
 
 NODE_OF_BASELINES = "baselines"
 """The entry of a parameter file that holds the parameters of the baselines."""
@@ -31,7 +37,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Score one or several bags; return whether nothing got worse."""
     given = _parser().parse_args(arguments)
     before = read_scores(given.baseline) if given.baseline else None
-    scores = [_score(given, path) for path in given.bag]
+    baselines = baselines_of(given.params) or _fit()
+    scores = [_score(given, path, baselines) for path in given.bag]
     for each in scores:
         for note in each.notes:
             say("score", f"{each.name}: {note}")
@@ -44,13 +51,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return _check(documents, before, given.tolerance) if before is not None else DONE
 
 
-def _score(given: argparse.Namespace, path: str) -> Score:
+def _fit() -> Fit | None:
+    """Return what fits the baselines, ``None`` where that would take too long."""
+    if importlib.util.find_spec("numba") is None:
+        say("score", "numba is not installed, so the baselines are not fitted: that takes too long")
+        return None
+
+    def fit(series: Series, truth: Reals, where: NDArray[np.bool_]) -> BaselineParameters:
+        from fuzzy_fusion_ros.tuning import fit_baselines  # costs start-up time
+
+        with counted("fitting the baselines", " runs") as advance:
+            return fit_baselines(series, truth, where, progress=advance).parameters
+
+    return fit
+
+
+def _score(
+    given: argparse.Namespace, path: str, baselines: BaselineParameters | Fit | None
+) -> Score:
     start_s, end_s = options.window_of(given)
     scored = score_bag(
         path,
         options.topics_of(given),
         options.parameters_of(given),
-        baselines_of(given.params),
+        baselines,
         start_s,
         end_s,
         lambda messages: progress(messages, f"reading {path}", unit=" messages"),

@@ -22,7 +22,7 @@ from fuzzy_fusion_ros.bag import open_bag
 from fuzzy_fusion_ros.bag.recording import Recording, read_recording
 from fuzzy_fusion_ros.bag.roles import Topics, codecs_of
 from fuzzy_fusion_ros.cli import options
-from fuzzy_fusion_ros.cli.progress import bar, progress
+from fuzzy_fusion_ros.cli.progress import counted, progress
 from fuzzy_fusion_ros.cli.score import NODE_OF_BASELINES
 from fuzzy_fusion_ros.cli.status import DONE, command, say
 from fuzzy_fusion_ros.core.parameter_tree import replace
@@ -113,12 +113,7 @@ def _tune(given: argparse.Namespace, recording: Recording, parameters: Parameter
         truth[in_gaps(recording.truth.stamps_ns, recording.series.s1_ns)] = np.nan
     if importlib.util.find_spec("numba") is None:
         say("tune", "numba is not installed, so this takes a hundred times longer: install it")
-    with bar("tuning", unit=" runs") as shown:
-
-        def advance(done: int, of: int) -> None:
-            shown.total = of
-            shown.update(done - shown.n)
-
+    with counted("tuning", " runs") as advance:
         return tune(recording.series, truth, parameters, given.seed, progress=advance)
 
 

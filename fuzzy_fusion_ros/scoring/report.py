@@ -22,10 +22,9 @@ def summary(score: Score) -> str:
     """Return what was scored in a line."""
     begin, end = score.span_s
     ran = "; the bag has no estimate, so the fusion ran here" if score.recomputed else ""
-    baselines = "fitted" if score.fitted else "as the recording suggests them, not fitted"
     return (
         f"{score.name}: matched {score.matched} of {score.of} estimates, "
-        f"{begin:.2f} s to {end:.2f} s{ran}; baselines: {baselines}"
+        f"{begin:.2f} s to {end:.2f} s{ran}; baselines: {score.baselines}"
     )
 
 

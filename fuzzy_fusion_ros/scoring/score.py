@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fuzzy_fusion_ros.bag import open_bag
 from fuzzy_fusion_ros.bag.recording import (
@@ -20,9 +21,17 @@ from fuzzy_fusion_ros.bag.roles import Topics
 from fuzzy_fusion_ros.baselines import BaselineParameters, baselines_for, methods
 from fuzzy_fusion_ros.core.estimator import WAITING
 from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.core.series import Reals, fusion
+from fuzzy_fusion_ros.core.series import Reals, Series, Stamps, fusion
 from fuzzy_fusion_ros.scoring.join import held, interpolated, steps, values_of
 from fuzzy_fusion_ros.scoring.metrics import METRICS, REPORTED, Matched, ScoreError
+
+Fit = Callable[[Series, Reals, NDArray[np.bool_]], BaselineParameters]
+"""Fits the baselines to a recording, its truth at each S1 sample, and where that counts."""
+
+DERIVED = "as the recording suggests them, not fitted"
+GIVEN = "as tune has fitted them"
+FITTED = "fitted to the span that is scored, which flatters them"
+"""Where the parameters of the baselines come from, in words."""
 
 
 class Score(NamedTuple):
@@ -35,7 +44,7 @@ class Score(NamedTuple):
         span_s: First and last matched time, seconds from the bag's first message.
         unit: Unit of the signal, ``""`` where it is not known.
         recomputed: Whether the bag had no estimate, so that the fusion ran here.
-        fitted: Whether the baselines' parameters were given, not derived from the recording.
+        baselines: Where the parameters of the baselines come from, in words.
         time_s: Matched times, shape (n,), seconds from the bag's first message.
         truth: The truth at them, shape (n,).
         values: Every estimator's output at them by its name, shape (n,) each.
@@ -49,7 +58,7 @@ class Score(NamedTuple):
     span_s: tuple[float, float]
     unit: str
     recomputed: bool
-    fitted: bool
+    baselines: str
     time_s: Reals
     truth: Reals
     values: Mapping[str, Reals]
@@ -80,7 +89,7 @@ def score_bag(
     path: str | Path,
     topics: Topics,
     parameters: Parameters,
-    baselines: BaselineParameters | None = None,
+    baselines: BaselineParameters | Fit | None = None,
     start_s: float | None = None,
     end_s: float | None = None,
     through: Through = lambda messages: messages,
@@ -91,7 +100,8 @@ def score_bag(
         path: The bag.
         topics: What to read of it.
         parameters: Of the fusion, which runs here if the bag has no estimate.
-        baselines: Parameters of the baselines; derived from the recording unless given.
+        baselines: Parameters of the baselines, or what fits them to the span that is scored;
+            derived from the recording unless given.
         start_s: Where to begin, seconds from the bag's first message.
         end_s: Where to end, before this.
         through: Passes the messages on.
@@ -113,7 +123,7 @@ def score_bag(
 def score(
     recording: Recording,
     parameters: Parameters,
-    baselines: BaselineParameters | None = None,
+    baselines: BaselineParameters | Fit | None = None,
     behind: Mapping[str, Track] | None = None,
     start_s: float | None = None,
 ) -> Score:
@@ -122,7 +132,8 @@ def score(
     Args:
         recording: With a truth; without an estimate the fusion runs here.
         parameters: Of the fusion, for that case.
-        baselines: Parameters of the baselines; derived from the recording unless given.
+        baselines: Parameters of the baselines, or what fits them to the span that is scored;
+            derived from the recording unless given.
         behind: What the bag holds of the estimate's explanation, by name.
         start_s: Where to begin to score, seconds from the bag's first message; what comes before
             only warms the filters up.
@@ -137,11 +148,11 @@ def score(
     estimate = _from(estimate, recording.start_ns, start_s)
     stamps_ns = estimate.stamps_ns
     series = recording.series
-    made = methods(baselines or baselines_for(series))
-    values = {"estimate": estimate.values}
-    for name, method in made.items():
-        values[name] = held(series.s1_ns, values_of(method, series), stamps_ns)
     truth = interpolated(recording.truth, stamps_ns)
+    used, origin = _baselines(recording, baselines, stamps_ns[np.isfinite(truth)])
+    values = {"estimate": estimate.values}
+    for name, method in methods(used).items():
+        values[name] = held(series.s1_ns, values_of(method, series), stamps_ns)
     usable = np.isfinite([truth, *values.values()]).all(axis=0)
     if not usable.any():
         raise ScoreError(_why_none(recording, estimate))
@@ -154,7 +165,7 @@ def score(
         span_s=(float(log_s[0]), float(log_s[-1])),
         unit=recording.unit,
         recomputed=recomputed,
-        fitted=baselines is not None,
+        baselines=origin,
         time_s=log_s[0] + since_first,
         truth=truth[usable],
         values={name: each[usable] for name, each in values.items()},
@@ -165,6 +176,22 @@ def score(
         },
         notes=recording.notes,
     )
+
+
+def _baselines(
+    recording: Recording, given: BaselineParameters | Fit | None, matched_ns: Stamps
+) -> tuple[BaselineParameters, str]:
+    """Return the parameters of the baselines, and where they come from."""
+    if isinstance(given, BaselineParameters):
+        return given, GIVEN
+    series = recording.series
+    if given is not None and matched_ns.size:
+        truth = interpolated(recording.truth, series.s1_ns)
+        counted = np.isfinite(truth) & (series.s2_known > 0)
+        counted &= (series.s1_ns >= matched_ns[0]) & (series.s1_ns <= matched_ns[-1])
+        if counted.any():
+            return given(series, truth, counted), FITTED
+    return baselines_for(series), DERIVED
 
 
 def _ends_before(recording: Recording, start_s: float) -> bool:

@@ -7,9 +7,16 @@ from pathlib import Path
 
 import pytest
 from bag.recorded import swing, write_scalars
+from tuning.quick import be_quick
 
 from fuzzy_fusion_ros.cli.score import baselines_of, main
 from fuzzy_fusion_ros.core.errors import ParameterError
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let every fit be short."""
+    be_quick(monkeypatch)
 
 
 @pytest.fixture
@@ -99,6 +106,30 @@ def test_baselines_are_read_from_their_own_entry(tmp_path: Path) -> None:
     path.write_text("baselines:\n  ros__parameters:\n    kalman: {s1_noise: -3.0}\n")
     with pytest.raises(ParameterError, match=r"kalman\.s1_noise: got -3\.0"):
         baselines_of(str(path))
+
+
+def test_baselines_are_fitted_where_no_file_has_them(
+    bag: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    params = tmp_path / "params.yaml"
+    params.write_text("fusion_node:\n  ros__parameters:\n    trigger: pair\n")
+    rmse = {}
+    for name in ("fitted", "again", "derived"):
+        if name == "derived":
+            monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+        path = tmp_path / name
+        assert main([str(bag), "--params", str(params), "--json", str(path)]) == 0
+        out, said = capsys.readouterr()
+        assert ("not fitted" in out) == ("numba is not installed" in said) == (name == "derived")
+        assert ("flatters" in out) == (name != "derived")
+        estimators = json.loads(path.read_text())["estimators"]
+        rmse[name] = {each: found["rmse"] for each, found in estimators.items()}
+    assert rmse["fitted"] == rmse["again"]
+    for name in ("constant_weight", "complementary", "kalman"):
+        assert rmse["fitted"][name] <= rmse["derived"][name]
 
 
 def test_fields_and_topics_are_passed_on(bag: Path, tmp_path: Path) -> None:

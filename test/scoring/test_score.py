@@ -8,21 +8,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bag.recorded import Scalar, read, swing, write_scalars
+from numpy.typing import NDArray
 
 from fuzzy_fusion_ros.bag.roles import Topics
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, baselines_for
 from fuzzy_fusion_ros.core.errors import BagError
 from fuzzy_fusion_ros.core.parameter_tree import replace
 from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.core.series import Reals, Series
 from fuzzy_fusion_ros.scoring.metrics import METRICS, ScoreError
 from fuzzy_fusion_ros.scoring.report import report, summary, table
-from fuzzy_fusion_ros.scoring.score import Score, score_bag
+from fuzzy_fusion_ros.scoring.score import DERIVED, FITTED, GIVEN, Fit, Score, score_bag
 
 
 def scored(
     path: Path,
     topics: Topics | None = None,
-    baselines: BaselineParameters | None = None,
+    baselines: BaselineParameters | Fit | None = None,
     start_s: float | None = None,
     end_s: float | None = None,
     changes: dict[str, object] | None = None,
@@ -118,8 +120,58 @@ def test_weight_and_drift_come_from_the_bag(tmp_path: Path) -> None:
 def test_baselines_follow_the_recording_or_what_is_given(bag: Path) -> None:
     given = replace(BaselineParameters(), {"constant_weight.weight": 1.0})
     fitted, derived = scored(bag, baselines=given), scored(bag)
-    assert (fitted.fitted, derived.fitted) == (True, False)
+    assert (fitted.baselines, derived.baselines) == (GIVEN, DERIVED)
     assert fitted.scores("constant_weight") == derived.scores("s1")
+
+
+class Asked:
+    """A fit that keeps what it is asked for."""
+
+    def __init__(self) -> None:
+        """Begin with nothing asked."""
+        self.seen: list[tuple[Series, Reals, NDArray[np.bool_]]] = []
+
+    def __call__(
+        self, series: Series, truth: Reals, where: NDArray[np.bool_]
+    ) -> BaselineParameters:
+        """Keep it, and answer that S1 is all."""
+        self.seen.append((series, truth, where))
+        return replace(BaselineParameters(), {"constant_weight.weight": 1.0})
+
+
+def test_baselines_are_fitted_where_they_are_scored(bag: Path) -> None:
+    fit = Asked()
+    score = scored(bag, baselines=fit, start_s=1.0, end_s=2.0)
+    ((series, truth, where),) = fit.seen
+    assert series.s1.size == 200  # the filters warm up before
+    assert where.nonzero()[0].tolist() == list(range(100, 200))
+    assert truth[where].tolist() == score.truth.tolist()
+    assert score.baselines == FITTED
+    assert score.scores("constant_weight") == score.scores("s1")
+
+
+def test_nothing_is_fitted_where_nothing_matches(tmp_path: Path) -> None:
+    apart = [
+        each._replace(time_s=each.time_s - 100.0, log_s=each.time_s)
+        if each.topic == "/truth"
+        else each
+        for each in swing(1.0)
+    ]
+    fit = Asked()
+    with pytest.raises(ScoreError, match="matched 0 of 100"):
+        scored(write_scalars(tmp_path / "bag", apart), baselines=fit)
+    assert fit.seen == []
+
+
+def test_baselines_are_not_fitted_where_s1_has_a_gap(tmp_path: Path) -> None:
+    lost = {"/s1": (0.895, 0.985), "/truth": (0.985, 1.0)}
+    scalars = [
+        each
+        for each in swing(1.0)
+        if each.topic not in lost or not lost[each.topic][0] < each.time_s < lost[each.topic][1]
+    ]
+    score = scored(write_scalars(tmp_path / "bag", scalars), baselines=Asked(), start_s=0.945)
+    assert (score.matched, score.baselines) == (4, DERIVED)
 
 
 def test_a_span_is_scored_as_if_it_were_all(bag: Path) -> None:
@@ -188,7 +240,7 @@ def test_the_summary_says_what_matched(bag: Path) -> None:
         "bag: matched 500 of 500 estimates, 0.00 s to 4.99 s; "
         "baselines: as the recording suggests them, not fitted"
     )
-    assert summary(score._replace(fitted=True)).endswith("baselines: fitted")
+    assert summary(score._replace(baselines=FITTED)).endswith("which flatters them")
     assert "the fusion ran here" in summary(score._replace(recomputed=True))
 
 
