@@ -111,10 +111,14 @@ class FusionNode(ConfiguredNode[Parameters]):
             if self._report.enabled:
                 self._output.publish(fused, log_ns)
 
-    def _on_jump_back(self) -> None:
-        """Clear what is from a time that is still to come; samples may have told already."""
+    def _on_jump_back(self, back_ns: int) -> None:
+        """Clear what is from before the jump; samples may have told already.
+
+        Samples of the new time may come before the clock does, so those nearer to the time
+        jumped to than to the time left count as new.
+        """
         newest_ns = max(self._fusion.s1.newest_ns or 0, self._fusion.s2.newest_ns or 0)
-        if newest_ns > self._time.now_ns():
+        if newest_ns > self._time.now_ns() + back_ns // 2:
             self._fusion.reset()
             self.log.warning("the clock has jumped back: history cleared, fusing anew")
 

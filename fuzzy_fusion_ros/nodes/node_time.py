@@ -39,11 +39,14 @@ class NodeTime:
         """Call back every ``period`` seconds, whatever the node's clock does (rclpy #1490)."""
         return self._node.create_timer(period, callback, clock=self._steady)
 
-    def on_jump_back(self, callback: Callable[[], None]) -> JumpHandle:
-        """Call back after /clock has jumped back, or has taken over or left."""
+    def on_jump_back(self, callback: Callable[[int], None]) -> JumpHandle:
+        """Call back after /clock has jumped back, or has taken over or left.
+
+        The callback takes how far it jumped back, nanoseconds; 0 where that means nothing.
+        """
 
         def after(jump: TimeJump) -> None:
-            callback()
+            callback(max(-int(jump.delta.nanoseconds), 0))
 
         threshold = JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1))
         return self._clock.create_jump_callback(threshold, post_callback=after)

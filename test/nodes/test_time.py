@@ -67,8 +67,9 @@ def test_a_looped_bag_with_its_clock_does_too(harness: Harness, log: Log) -> Non
     harness.spin_until(lambda: log.count("history cleared, fusing anew") == 2)
 
 
+@pytest.mark.parametrize("told", [0.2, 0.1], ids=["level with the samples", "behind them"])
 def test_a_clock_that_comes_late_does_not_clear_what_has_begun_anew(
-    harness: Harness, log: Log
+    harness: Harness, log: Log, told: float
 ) -> None:
     node = harness.fusion_node({"trigger": "pair", "use_sim_time": True})
     clock = SimulatedClock(harness)
@@ -77,7 +78,7 @@ def test_a_clock_that_comes_late_does_not_clear_what_has_begun_anew(
     first = once_through(feed, 40)
     clock.set(node, 0.4)
     again = once_through(feed, 20)
-    clock.set(node, 0.2)
+    clock.set(node, told)
     signal = [math.sin(0.2 * k) for k in range(40)]
     rest = range(20, 40)
     again += [feed(0.01 * k, s1=signal[k] + 0.1 * (-1) ** k, s2=signal[k]) for k in rest]
