@@ -59,8 +59,9 @@ class FusionReport:
 
     def enable(self, enabled: bool) -> None:
         """Take note that estimates are published from now on, or not."""
-        self.enabled = enabled
-        self._change(Mode.WAITING if enabled else Mode.DISABLED)
+        if enabled != self.enabled:
+            self.enabled = enabled
+            self._change(Mode.WAITING if enabled else Mode.DISABLED)
 
     def __call__(self) -> Iterator[Report]:
         """Say the mode, after a look at how long both sensors have been silent."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from nodes.watching import OK, Diagnostics
+from nodes.watching import OK, Diagnostics, Log
 from std_srvs.srv import SetBool, Trigger
 
 from fuzzy_fusion_ros.testing import Feed, Harness
@@ -37,6 +37,20 @@ def test_disabled_publishes_nothing_and_enabled_goes_on_at_once(
     assert feed(0.02, s1=1.0, s2=1.0) == 1.0
     assert len(feed.estimates) == 2
     assert diagnostics.next("fusion_node: fusion").values["mode"] == "FUSED"
+
+
+def test_enabled_twice_is_no_change_of_mode(
+    harness: Harness, diagnostics: Diagnostics, log: Log
+) -> None:
+    node = harness.fusion_node({"s1.timeout": 1000.0})
+    feed = harness.feed()
+    feed(0.0, s1=1.0, s2=1.0)
+    assert harness.call(SetBool, "/fusion_node/enable", SetBool.Request(data=True)).success
+    assert diagnostics.next("fusion_node: fusion").values["mode"] == "FUSED"
+    node.log.info("the last line")
+    log.wait_for("the last line")
+    assert log.count("FUSED: ") == 1
+    assert log.count("WAITING: ") == 0
 
 
 def test_services_follow_the_nodes_name(harness: Harness) -> None:
