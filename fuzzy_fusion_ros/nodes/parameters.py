@@ -160,7 +160,7 @@ class ConfiguredNode(Node, Generic[G]):
         """
         try:
             for each in parameter_list:
-                self._refuse_fixed(each.name)
+                self._refuse_fixed(each)
             changed = self._changed(self.parameters, parameter_list)
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
@@ -173,9 +173,13 @@ class ConfiguredNode(Node, Generic[G]):
             self.on_parameters()
         return result
 
-    def _refuse_fixed(self, name: str) -> None:
-        if name in self._fixed:
-            raise ParameterError(name, "is read at start-up only: restart the node with it")
+    def _refuse_fixed(self, parameter: Parameter) -> None:
+        if parameter.name in self._fixed:
+            raise ParameterError(
+                parameter.name,
+                f"got {parameter.value!r}, but it is read at start-up only: "
+                "restart the node with it",
+            )
 
     def _changed(self, parameters: G, changes: Iterable[Parameter]) -> G:
         """Return the group with ROS parameters laid over it; rclpy's own are only looked at."""

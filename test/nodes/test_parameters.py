@@ -167,7 +167,10 @@ REFUSED_LATER: dict[str, tuple[dict[str, Any], str]] = {
         "parameter gate.tolerance: got 'x', expected a numbe",
     ),
     "unknown": ({"gate.width": 1.0}, "parameter gate.width: unknown; "),
-    "fixed": ({"trigger": "pair"}, "parameter trigger: is read at start-up only: restart the node"),
+    "fixed": (
+        {"trigger": "pair"},
+        "parameter trigger: got 'pair', but it is read at start-up only: restart the node",
+    ),
     "deleted": ({"gate.tolerance": None}, "parameter gate.tolerance: got None, expected a number"),
     "a combination": (
         {"aggregator.rate.small": 2e6},

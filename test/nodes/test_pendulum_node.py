@@ -143,5 +143,6 @@ def test_what_a_run_is_cannot_be_changed_while_it_runs(harness: Harness) -> None
     (result,) = pendulum.set_parameters([parameter])
     assert not result.successful
     assert result.reason == (
-        "parameter plant.gravity: is read at start-up only: restart the node with it"
+        f"parameter plant.gravity: got {parameter.value}, but it is read at start-up only: "
+        "restart the node with it"
     )
