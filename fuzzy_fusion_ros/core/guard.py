@@ -22,6 +22,7 @@ class Drop(enum.Enum):
     FUTURE_STAMP = "stamp is too far in the future"
     NOT_NEWER = "stamp is not newer than the last"
     UNPAIRED = "no partner with an equal stamp"
+    UNREADABLE = "message lacks the field"
 
 
 class Guard:

@@ -8,6 +8,7 @@ from typing import Any
 from std_srvs.srv import SetBool, Trigger
 
 from fuzzy_fusion_ros.core.fusion import Fused, Fusion
+from fuzzy_fusion_ros.core.guard import Guard
 from fuzzy_fusion_ros.core.parameters import Parameters, SensorParameters
 from fuzzy_fusion_ros.nodes.diagnostics import Diagnostics
 from fuzzy_fusion_ros.nodes.estimates import EstimateOutput
@@ -40,8 +41,9 @@ class FusionNode(ConfiguredNode[Parameters]):
         self.recorder = recorder_for(parameters.record)
         self._fusion = Fusion(parameters)
         work = WorkTime()
-        self._s1 = self._input("s1", parameters.s1, work.timed(self._on_s1))
-        self._s2 = self._input("s2", parameters.s2, work.timed(self._on_s2))
+        s1, s2 = self._fusion.s1, self._fusion.s2
+        self._s1 = self._input("s1", parameters.s1, s1, work.timed(self._on_s1))
+        self._s2 = self._input("s2", parameters.s2, s2, work.timed(self._on_s2))
         self._output = EstimateOutput(parameters.estimate, self._s2)
         self._rules = RuleReport(lambda: self.parameters)
         self._report = FusionReport(
@@ -56,8 +58,8 @@ class FusionNode(ConfiguredNode[Parameters]):
             self,
             self._time,
             self._report,
-            SensorReport("s1", self._s1, self._fusion.s1, lambda: self.parameters.s1.timeout),
-            SensorReport("s2", self._s2, self._fusion.s2, lambda: self.parameters.s2.timeout),
+            SensorReport("s1", self._s1, s1, lambda: self.parameters.s1.timeout),
+            SensorReport("s2", self._s2, s2, lambda: self.parameters.s2.timeout),
             self._rules,
         )
         self._jumps = self._time.on_jump_back(self._on_jump_back)
@@ -67,7 +69,11 @@ class FusionNode(ConfiguredNode[Parameters]):
             self._ticks = self._time.every(1.0 / parameters.rate, self.guarded(self._on_tick))
 
     def _input(
-        self, topic: str, parameters: SensorParameters, take: Callable[[Received], bool]
+        self,
+        topic: str,
+        parameters: SensorParameters,
+        guard: Guard,
+        take: Callable[[Received], bool],
     ) -> SensorInput:
         profile = input_profile(self.parameters.qos)
         return SensorInput(
@@ -76,6 +82,7 @@ class FusionNode(ConfiguredNode[Parameters]):
             topic,
             parameters,
             profile,
+            guard,
             self.recorder,
             take,
             lambda: self.parameters.future_tolerance,

@@ -10,6 +10,7 @@ from rclpy.qos import QoSProfile
 
 from fuzzy_fusion_ros.core.clock import seconds_between
 from fuzzy_fusion_ros.core.errors import MessageError
+from fuzzy_fusion_ros.core.guard import Drop, Guard
 from fuzzy_fusion_ros.core.parameters import SensorParameters
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages import InstalledTypes, ScalarCodec, load_message_class
@@ -43,8 +44,7 @@ class SensorInput:
         topic: The full name of the topic.
         codec: Reads its messages.
         received: Messages that have come in.
-        unreadable: Messages without the field or the number asked for.
-        last_problem: Why the last unreadable message was that; empty if none was.
+        last_problem: What the last unreadable message lacked; empty if none was.
     """
 
     def __init__(
@@ -54,6 +54,7 @@ class SensorInput:
         topic: str,
         parameters: SensorParameters,
         profile: QoSProfile,
+        guard: Guard,
         recorder: Recorder,
         take: Callable[[Received], bool],
         future_tolerance: Callable[[], float],
@@ -66,6 +67,7 @@ class SensorInput:
             topic: The topic, remapped or not.
             parameters: Type and field.
             profile: Quality of service.
+            guard: Counts the messages without the field or the number asked for.
             recorder: Where messages go, bytes unchanged.
             take: Called with each message and its sample; tells whether the sample was of use.
             future_tolerance: Tells how far stamps may be ahead of the clock, seconds.
@@ -75,11 +77,11 @@ class SensorInput:
         """
         self.codec = ScalarCodec(InstalledTypes(), parameters.type, parameters.field)
         self.received = 0
-        self.unreadable = 0
         self.last_problem = ""
         self._node = node
         self._time = node_time
         self._heard_ns = node_time.age_ns()
+        self._guard = guard
         self._recorder = recorder
         self._take = take
         self._future_tolerance = future_tolerance
@@ -130,7 +132,7 @@ class SensorInput:
         try:
             sample = self.codec.sample(data, now_ns)
         except MessageError as error:
-            self.unreadable += 1
+            self._guard.drop(Drop.UNREADABLE)
             self.last_problem = str(error)
             self._recorder.write(self.topic, now_ns, data)
             return

@@ -9,8 +9,6 @@ from fuzzy_fusion_ros.nodes.diagnostics import Finding, Level, Report
 from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
 from fuzzy_fusion_ros.nodes.statistics import Rate
 
-UNREADABLE = "message lacks the field"
-
 
 class SensorReport:
     """Reports rate, age and losses of a sensor.
@@ -68,7 +66,6 @@ class SensorReport:
 
     def _current_counts(self) -> dict[str, int]:
         counts = {f"dropped: {each.value}": self._guard.dropped[each] for each in Drop}
-        counts[f"dropped: {UNREADABLE}"] = self._source.unreadable
         counts["lost: came faster than they were taken, or went lost on the way"] = (
             self._source.lost
         )

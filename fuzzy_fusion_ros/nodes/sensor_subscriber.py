@@ -39,6 +39,7 @@ class SensorSubscriber(ConfiguredNode[SubscriberParameters]):
             "input",
             self.parameters.input,
             input_profile(self.parameters.qos),
+            self._guard,
             self.recorder,
             self._on_sample,
             lambda: self.parameters.future_tolerance,
