@@ -11,7 +11,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from fuzzy_fusion_ros.messages import load_message_class
-from fuzzy_fusion_ros.nodes.qos import OUTPUT, OVERRIDABLE, overridable
+from fuzzy_fusion_ros.nodes.qos import OUTPUT, OVERRIDABLE, log_unfit_subscription, overridable
 from fuzzy_fusion_ros.nodes.recorder import Recorder
 
 
@@ -34,12 +34,16 @@ class Outlet:
         message_type = load_message_class(type_name)
         self._listeners = 0
         profile = copy.copy(profile)  # overrides are written into it
+        events = PublisherEventCallbacks(
+            incompatible_qos=lambda event: log_unfit_subscription(node, self.topic, profile, event),
+            matched=self._on_matched,
+        )
         with overridable(topic):
             self._publisher = node.create_publisher(
                 message_type,
                 topic,
                 profile,
-                event_callbacks=PublisherEventCallbacks(matched=self._on_matched),
+                event_callbacks=events,
                 qos_overriding_options=OVERRIDABLE,
             )
         self.topic: str = self._publisher.topic_name

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from rclpy.exceptions import ParameterException
@@ -63,17 +63,33 @@ def describe(profile: QoSProfile) -> str:
     return f"{text}, deadline {seconds:g} s" if 0.0 < seconds < 1e9 else text
 
 
-def log_incompatible(node: Node, topic: str, own: QoSProfile, event: Any) -> None:
-    """Say that a publisher's profile does not fit a subscription, with both profiles."""
-    policy = qos_policy_name_from_kind(event.last_policy_kind)
-    offers = [
-        f"{each.node_namespace.rstrip('/')}/{each.node_name} ({describe(each.qos_profile)})"
-        for each in node.get_publishers_info_by_topic(topic)
-    ]
+def log_unfit_publisher(node: Node, topic: str, own: QoSProfile, event: Any) -> None:
+    """Say that a publisher's profile does not fit our subscription, with both profiles."""
     node.get_logger().warning(
-        f"{topic}: {policy} of a publisher does not fit, nothing comes from it: we ask for "
-        f"({describe(own)}), offered are {'; '.join(offers) or 'none any more'}"
+        f"{topic}: {_policy(event)} of a publisher does not fit, nothing comes from it: we ask for "
+        f"({describe(own)}), offered are {_profiles(node.get_publishers_info_by_topic(topic))}"
     )
+
+
+def log_unfit_subscription(node: Node, topic: str, own: QoSProfile, event: Any) -> None:
+    """Say that a subscription's profile does not fit our publisher, with both profiles."""
+    node.get_logger().warning(
+        f"{topic}: {_policy(event)} of a subscription does not fit, nothing goes to it: we offer "
+        f"({describe(own)}), asked for are {_profiles(node.get_subscriptions_info_by_topic(topic))}"
+    )
+
+
+def _policy(event: Any) -> str:
+    return str(qos_policy_name_from_kind(event.last_policy_kind))
+
+
+def _profiles(ends: Iterable[Any]) -> str:
+    """Return whose profiles they are and what they are."""
+    profiles = [
+        f"{each.node_namespace.rstrip('/')}/{each.node_name} ({describe(each.qos_profile)})"
+        for each in ends
+    ]
+    return "; ".join(profiles) or "none any more"
 
 
 def recorded(profile: QoSProfile) -> RecordedProfile:

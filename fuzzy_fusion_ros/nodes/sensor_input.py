@@ -17,7 +17,7 @@ from fuzzy_fusion_ros.messages import InstalledTypes, ScalarCodec, load_message_
 from fuzzy_fusion_ros.nodes.losses import Losses, WithNumber
 from fuzzy_fusion_ros.nodes.node_time import NodeTime
 from fuzzy_fusion_ros.nodes.parameters import ConfiguredNode
-from fuzzy_fusion_ros.nodes.qos import OVERRIDABLE, log_incompatible, overridable
+from fuzzy_fusion_ros.nodes.qos import OVERRIDABLE, log_unfit_publisher, overridable
 from fuzzy_fusion_ros.nodes.recorder import Recorder
 
 
@@ -88,7 +88,7 @@ class SensorInput:
         self._warned = False
         self._losses = Losses()
         events = SubscriptionEventCallbacks(
-            incompatible_qos=lambda event: log_incompatible(node, self.topic, profile, event),
+            incompatible_qos=lambda event: log_unfit_publisher(node, self.topic, profile, event),
             message_lost=self._on_lost,
         )
         with overridable(topic):

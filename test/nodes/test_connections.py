@@ -27,6 +27,17 @@ def test_a_mismatch_is_logged_with_both_profiles(harness: Harness, log: Log) -> 
     assert "offered are /harness (best effort, volatile)" in line
 
 
+def test_a_subscription_that_asks_for_too_much_is_logged_with_both_profiles(
+    harness: Harness, log: Log
+) -> None:
+    harness.fusion_node()
+    kept = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    harness.record("/fusion_node/weight", qos=kept)
+    line = log.wait_for("/fusion_node/weight: DURABILITY of a subscription does not fit, nothing ")
+    assert "we offer (reliable, volatile)" in line
+    assert "asked for are /harness (reliable, transient local)" in line
+
+
 def test_qos_overrides_mend_it(harness: Harness) -> None:
     harness.fusion_node(
         {
