@@ -29,7 +29,22 @@ def test_every_reason_to_drop_is_documented(drop: str) -> None:
 
 @pytest.mark.parametrize("mode", list(Mode))
 def test_every_mode_is_documented(mode: Mode) -> None:
-    assert f"`{mode.name}`" in NODE_PAGE
+    assert f"| `{mode.name}` | `{mode.name}: {mode.value}` |" in NODE_PAGE
+
+
+def said_when_something_comes_in() -> list[str]:
+    """What the page says that the node says, in parts between what differs each time."""
+    table = NODE_PAGE.partition("## What comes in")[2].partition("\n\nA jump back")[0]
+    last_columns = [line.split(" | ")[-1] for line in table.splitlines() if line.startswith("| ")]
+    texts = re.findall(r"`([^`]+)`", " ".join(last_columns))
+    return [part for text in texts for part in text.split("…") if part.strip(" s:")]
+
+
+@pytest.mark.parametrize("text", said_when_something_comes_in())
+def test_what_the_page_says_is_said_is_in_the_code(text: str) -> None:
+    sources = [each.read_text() for each in sorted((ROOT / "fuzzy_fusion_ros").rglob("*.py"))]
+    code = re.sub(r'"\s*\n\s*f?"', "", "\n".join(sources))  # of texts in several lines
+    assert text.removeprefix("dropped: ") in code
 
 
 @pytest.mark.parametrize("topic", list(EXPLANATION))

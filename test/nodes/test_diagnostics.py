@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from nodes.watching import OK, WARN, Diagnostics
 
@@ -14,6 +16,7 @@ from fuzzy_fusion_ros.core.parameter_tree import replace
 from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.nodes.diagnostics import Level
 from fuzzy_fusion_ros.nodes.rule_report import ENOUGH, LONG, RuleReport
+from fuzzy_fusion_ros.nodes.sensor_subscriber import SensorSubscriber
 from fuzzy_fusion_ros.testing import Harness
 
 STEP_NS = 10_000_000
@@ -150,6 +153,51 @@ def test_unused_membership_functions_are_said_by_the_node(
     status = diagnostics.saying("fusion_node: rules", "difference is never large")
     assert status.level == WARN
     assert "rate is never large: lower aggregator.rate.large, or tune" in status.message
+
+
+def test_every_part_and_value_is_documented(harness: Harness, diagnostics: Diagnostics) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "fusion_node.md").read_text()
+    rows = page.partition("## Diagnostics")[2].partition("\n## ")[0]
+    harness.fusion_node()
+    harness.add(SensorSubscriber)
+    for name in ("fusion", "s1", "s2", "rules", "gate", "input"):
+        node = "sensor_subscriber" if name == "input" else "fusion_node"
+        (row,) = (line for line in rows.splitlines() if f"`{name}`" in line.split(" | ")[0])
+        for value in diagnostics.next(f"{node}: {name}").values:
+            counted = value.startswith(("dropped: ", "lost: "))
+            assert f"`{value}`" in (page if counted else row)
+    assert len(diagnostics.names) == 6
+
+
+def test_sensors_that_stay_apart_are_said_by_the_node(
+    harness: Harness, diagnostics: Diagnostics
+) -> None:
+    harness.fusion_node({"trigger": "pair"})
+    feed = harness.feed()
+    for k in range(22):
+        feed(0.5 * k, s1=5.0, s2=0.0)
+    text = "s1 and s2 have differed by 0.6 or more for 10.5 s: is one of them broken, or biased?"
+    assert diagnostics.saying("fusion_node: rules", text).level == WARN
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "text"),
+    [
+        (1e-9, "the gate never accepts: raise gate.tolerance, or tune"),
+        (1e9, "the gate accepts all: lower gate.tolerance, or tune"),
+    ],
+)
+def test_a_gate_that_is_of_no_use_is_said_by_the_node(
+    harness: Harness, diagnostics: Diagnostics, tolerance: float, text: str
+) -> None:
+    predictor = {"predictor.enabled": True, "predictor.samples": 5}
+    harness.fusion_node({"trigger": "pair", "gate.tolerance": tolerance, **predictor})
+    feed = harness.feed()
+    for k in range(ENOUGH + 10):
+        feed(0.01 * k, s1=0.02 * k + 0.3 * (k % 2), s2=0.02 * k)
+    status = diagnostics.saying("fusion_node: gate", text)
+    assert status.level == WARN
+    assert status.values["acceptance rate"] == ("0" if tolerance < 1.0 else "1")
 
 
 def test_diagnostics_are_named_after_the_node(harness: Harness, diagnostics: Diagnostics) -> None:

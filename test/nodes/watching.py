@@ -56,6 +56,11 @@ class Diagnostics:
         self._harness = harness
         self._messages = harness.record("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
 
+    @property
+    def names(self) -> set[str]:
+        """The names of every status so far."""
+        return {status.name for message in self._messages for status in message.status}
+
     def of(self, name: str) -> list[Status]:
         """Return every status of a name so far."""
         return [
