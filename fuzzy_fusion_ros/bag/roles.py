@@ -56,8 +56,10 @@ def codecs_of(
         roles: Those that matter.
 
     Raises:
-        MessageError: A path is not in its type, or there is none and the type has none of its own.
+        MessageError: A path is not in its type, or the one for all is in none of the types, or
+            there is none and the type has none of its own.
     """
+    _require_common(bag, topics)
     configured = {
         "s1": parameters.s1.field,
         "s2": parameters.s2.field,
@@ -75,6 +77,21 @@ def codecs_of(
         for role, topic in topics.by_role().items()
         if role in roles and topic in bag.topics
     }
+
+
+def _require_common(bag: BagReader, topics: Topics) -> None:
+    """Refuse a path for all that fits none: it is misspelt."""
+    common = topics.fields.get("", "")
+    problems = []
+    for topic in topics.by_role().values() if common else ():
+        try:
+            if topic in bag.topics:
+                ScalarCodec(bag.types, bag.topics[topic].msgtype, common)
+                return
+        except MessageError as error:
+            problems.append(f"topic {topic}: {error}")
+    if problems:
+        raise MessageError(problems[0])
 
 
 def codec_of(

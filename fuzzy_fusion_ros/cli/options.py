@@ -164,6 +164,27 @@ def write_json(document: object, path: str) -> None:
         Path(path).write_text(text, encoding="utf-8")
 
 
+def require_writable(*paths: str | None) -> None:
+    """Make sure that results can be written, before work that takes long; leave nothing behind.
+
+    Args:
+        paths: Files as the options name them; ``None`` and ``-`` are none.
+
+    Raises:
+        UsageError: A file cannot be written.
+    """
+    for path in paths:
+        if path is None or path == "-":
+            continue
+        target = Path(path)
+        with writing(path):
+            target.parent.mkdir(parents=True, exist_ok=True)
+            was_there = target.exists()
+            target.open("ab").close()
+            if not was_there:
+                target.unlink()
+
+
 @contextmanager
 def writing(path: str | Path) -> Iterator[None]:
     """Turn the failure to write a file into an error of the user's.

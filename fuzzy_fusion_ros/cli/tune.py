@@ -40,6 +40,7 @@ OUTPUT = "tuned.yaml"
 def main(arguments: Sequence[str] | None = None) -> int:
     """Tune to a bag."""
     given = _parser().parse_args(arguments)
+    _require_writable(given)
     recording, parameters = _read(given)
     for note in recording.notes:
         say("tune", f"{recording.name}: {note}")
@@ -76,6 +77,15 @@ def write(tuned: Tuned, path: str | Path, lines: Iterable[str]) -> None:
         dump(tuned.parameters, target, lines)
         with target.open("a", encoding="utf-8") as file:
             file.write(second.read_text(encoding="utf-8"))
+
+
+def _require_writable(given: argparse.Namespace) -> None:
+    """Refuse what cannot be written before the fit, not after it."""
+    options.require_writable(given.output, given.json, given.plot)
+    if given.plot:
+        from fuzzy_fusion_ros.plots.style import require_format  # costs start-up time
+
+        require_format(given.plot)
 
 
 def _read(given: argparse.Namespace) -> tuple[Recording, Parameters]:

@@ -98,6 +98,25 @@ def new_figure(rows: int = 1, columns: int = 1, height_px: int = 500) -> tuple[F
     return figure, list(axes.flat)
 
 
+def require_format(path: str | Path) -> None:
+    """Refuse a file whose suffix names no format.
+
+    Raises:
+        FusionError: The format is unknown.
+    """
+    formats = FigureCanvasAgg.get_supported_filetypes()
+    if Path(path).suffix[1:] not in formats:
+        raise FusionError(
+            f"plot {str(path)!r} has no format that is known: end it in one of "
+            + ", ".join(f".{each}" for each in sorted(formats))
+        )
+
+
+def with_unit(text: str, unit: str, between: str = " / ") -> str:
+    """Return a label with its unit, if that is known, and its squares as such."""
+    return f"{text}{between}{unit.replace('^2', '²')}" if unit else text
+
+
 def save(figure: Figure, path: str | Path) -> None:
     """Write a figure into a file; its suffix names the format.
 
@@ -107,12 +126,7 @@ def save(figure: Figure, path: str | Path) -> None:
         FusionError: The file cannot be written or the format is unknown.
     """
     target = Path(path)
-    formats = figure.canvas.get_supported_filetypes()
-    if target.suffix[1:] not in formats:
-        raise FusionError(
-            f"plot {str(path)!r} has no format that is known: end it in one of "
-            + ", ".join(f".{each}" for each in sorted(formats))
-        )
+    require_format(target)
     metadata = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
     try:
         target.parent.mkdir(parents=True, exist_ok=True)

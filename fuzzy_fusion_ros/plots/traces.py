@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fuzzy_fusion_ros.core.series import Reals
-from fuzzy_fusion_ros.plots.style import COLOURS, NAMES, new_figure, save, styled
+from fuzzy_fusion_ros.plots.style import COLOURS, NAMES, new_figure, save, styled, with_unit
 from fuzzy_fusion_ros.scoring.score import Score
 
 SHOWN = ("s1", "s2", "estimate")
@@ -18,6 +18,9 @@ SHOWN = ("s1", "s2", "estimate")
 
 COLUMNS = 1500
 """So many points along the time axis are drawn at most, each as the range that it stands for."""
+
+CONSTANT = 1e-9
+"""What varies by less is constant but for rounding."""
 
 
 def plot_score(score: Score, path: str | Path) -> None:
@@ -30,32 +33,38 @@ def plot_score(score: Score, path: str | Path) -> None:
     Raises:
         FusionError: The file cannot be written or the format is unknown.
     """
-    behind = [name for name, values in score.behind.items() if np.ptp(values) > 0.0]
+    behind = [name for name, values in score.behind.items() if np.ptp(values) > CONSTANT]
     with styled():
         figure, axes = new_figure(rows=2 + len(behind), height_px=380 + 170 * len(behind) + 170)
         _draw_traces(axes[0], score)
         _draw_errors(axes[1], score)
         for each, name in zip(axes[2:], behind, strict=True):
             _draw(each, score.time_s, score.behind[name], "estimate", name)
-            each.set_ylabel(_with_unit(name, score.unit if name == "drift" else ""))
+            each.set_ylabel(with_unit(name, score.unit if name == "drift" else ""))
         axes[-1].set_xlabel("time / s")
         figure.suptitle(Path(score.name).name, fontsize="medium")
         save(figure, path)
 
 
 def plot_paths(path: str | Path, scores: Sequence[Score]) -> list[Path]:
-    """Return the files for several recordings: one as given, more with the bags' names added."""
+    """Return the files for several recordings: one as given, more with the bags' names added.
+
+    Bags of one name in several folders are numbered, too.
+    """
     given = Path(path)
     if len(scores) == 1:
         return [given]
-    return [given.with_stem(f"{given.stem}_{Path(each.name).stem}") for each in scores]
+    names = [Path(each.name).stem for each in scores]
+    if len(set(names)) < len(names):
+        names = [f"{number}_{name}" for number, name in enumerate(names, 1)]
+    return [given.with_stem(f"{given.stem}_{name}") for name in names]
 
 
 def _draw_traces(axes: Axes, score: Score) -> None:
     for name in SHOWN:
         _draw(axes, score.time_s, score.values[name], name, NAMES[name])
     _draw(axes, score.time_s, score.truth, "truth", NAMES["truth"])
-    axes.set_ylabel(_with_unit("signal", score.unit))
+    axes.set_ylabel(with_unit("signal", score.unit))
     _look_closer(axes, [score.truth, score.values["s2"], score.values["estimate"]])
     _legend_above(axes)
 
@@ -64,9 +73,9 @@ def _draw_errors(axes: Axes, score: Score) -> None:
     errors = {name: score.values[name] - score.truth for name in SHOWN}
     for name, error in errors.items():
         rmse = float(np.sqrt(np.mean(np.square(error))))
-        label = _with_unit(f"{NAMES[name]}, RMSE {rmse:.3g}", score.unit, " ")
+        label = with_unit(f"{NAMES[name]}, RMSE {rmse:.3g}", score.unit, " ")
         _draw(axes, score.time_s, error, name, label)
-    axes.set_ylabel(_with_unit("error", score.unit))
+    axes.set_ylabel(with_unit("error", score.unit))
     _look_closer(axes, [errors["s2"], errors["estimate"]])
     _legend_above(axes)
 
@@ -99,7 +108,3 @@ def _look_closer(axes: Axes, shown: Sequence[Reals]) -> None:
     low, high = np.quantile(values, [0.0005, 0.9995])
     margin = 0.2 * max(high - low, 1e-12)
     axes.set_ylim(low - margin, high + margin)
-
-
-def _with_unit(text: str, unit: str, between: str = " / ") -> str:
-    return f"{text}{between}{unit.replace('^2', '²')}" if unit else text

@@ -15,7 +15,7 @@ from fuzzy_fusion_ros.core.estimator import WAITING
 from fuzzy_fusion_ros.core.membership import large
 from fuzzy_fusion_ros.core.parameters import AggregatorParameters, BreakPoints, Parameters
 from fuzzy_fusion_ros.core.series import Reals, Series, fusion, run
-from fuzzy_fusion_ros.plots.style import COLOURS, NAMES, WIDTH_PX, save, styled
+from fuzzy_fusion_ros.plots.style import COLOURS, NAMES, WIDTH_PX, save, styled, with_unit
 from fuzzy_fusion_ros.tuning import Tuned
 from fuzzy_fusion_ros.tuning.kernel import outputs
 from fuzzy_fusion_ros.tuning.times import held_s2, seconds
@@ -148,7 +148,7 @@ def _draw_traces(axes: Axes, tuned: Tuned, series: Series, unit: str) -> None:
     matters = matters[np.isfinite(matters)]
     low, high = matters.min(), matters.max()
     margin = 0.2 * max(high - low, 1e-12)
-    axes.set(xlabel="time / s", ylabel=_with_unit("signal", unit))
+    axes.set(xlabel="time / s", ylabel=with_unit("signal", unit))
     axes.set_ylim(low - margin, high + margin)
     axes.legend(ncols=5, loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
 
@@ -162,9 +162,9 @@ def _draw_errors(axes: Axes, tuned: Tuned, series: Series, unit: str) -> None:
         (tuned.parameters, "estimate", "after", tuned.error),
     ):
         error = np.where(tuned.counted, _estimate(parameters, series) - tuned.target, np.nan)
-        label = f"{label}, RMSE {rmse:.3g} {unit}".rstrip()
+        label = with_unit(f"{label}, RMSE {rmse:.3g}", unit, " ")
         axes.plot(s1_s[::every], error[::every], color=COLOURS[name], label=label, linewidth=0.8)
-    axes.set(xlabel="time / s", ylabel=_with_unit("error", unit))
+    axes.set(xlabel="time / s", ylabel=with_unit("error", unit))
     axes.legend(ncols=2, loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
 
 
@@ -191,10 +191,6 @@ def _reach(samples: Reals, ramp: BreakPoints) -> float:
 
 def _label(name: str, unit: str) -> str:
     if name == "difference":
-        return _with_unit("|S1 − S2|", unit)
+        return with_unit("|S1 − S2|", unit)
     per_s = f"({unit})/s" if "/" in unit else f"{unit}/s" if unit else "1/s"
-    return f"|dS2/dt| / {per_s}"
-
-
-def _with_unit(text: str, unit: str) -> str:
-    return f"{text} / {unit.replace('^2', '²')}" if unit else text
+    return with_unit("|dS2/dt|", per_s)

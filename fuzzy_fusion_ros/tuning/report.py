@@ -30,8 +30,8 @@ def described(found: Characteristics, unit: str) -> list[str]:
         "(root mean square)",
         f"S2 lags {found.lag.total:.2g} s behind S1: a delay of {found.lag.delay:.2g} s, then a "
         f"time constant of {found.lag.time_constant:.2g} s{_trust(found)}",
-        f"S1 is off by {found.bias:+.3g}{u} on the average, which drifts by "
-        f"{found.drift:+.2g}{per_s} and wanders by {found.wander:.3g}{u} about that",
+        f"S1's bias is {found.bias:+.3g}{u} on the average; it drifts by {found.drift:+.2g}{per_s} "
+        f"and wanders by {found.wander:.3g}{u} about that",
         f"S1 and S2 are typically {found.difference:.3g}{u} apart",
     ]
 

@@ -135,6 +135,7 @@ def test_given_parameters_are_kept(bag: Path, tmp_path: Path) -> None:
         (["--start", "5", "--end", "5"], "nothing is left"),
         (["--seed", "-1"], "expected an integer"),
         (["--plot", "fit.txt"], "fit.txt"),
+        (["--field", "s1=data"], "choose one of: point.x"),
     ],
 )
 def test_what_cannot_be_used_gives_a_line_and_status_2(
@@ -150,11 +151,31 @@ def test_what_cannot_be_used_gives_a_line_and_status_2(
     assert problem in said
 
 
-def test_a_file_that_cannot_be_written(
-    bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [
+        ("--output", "TMP"),
+        ("--json", "/proc/none/a.json"),
+        ("--plot", "/proc/none/a.png"),
+        ("--plot", "TMP/a.txt"),
+    ],
+)
+def test_what_cannot_be_written_is_refused_before_the_fit(
+    bag: Path,
+    option: str,
+    value: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    assert main([str(bag), "--output", str(tmp_path)]) == 2
-    assert "cannot be written" in capsys.readouterr().err
+    monkeypatch.delattr("fuzzy_fusion_ros.cli.tune.tune")
+    output = tmp_path / "a.yaml"
+    arguments = ["--output", str(output), option, value.replace("TMP", str(tmp_path))]
+    assert main([str(bag), *arguments]) == 2
+    out, said = capsys.readouterr()
+    assert out == ""
+    assert re.fullmatch(r"tune: .* (cannot be written|no format that is known).*\n", said)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["bag"]
 
 
 def test_slowness_is_explained(
