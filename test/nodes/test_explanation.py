@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from fuzzy_fusion_ros.messages.outputs import EXPLANATION, explain
+from fuzzy_fusion_ros.messages import load_message_class
+from fuzzy_fusion_ros.messages.outputs import EXPLANATION, POINT, explain
 from fuzzy_fusion_ros.testing import Feed, Harness
+from fuzzy_fusion_ros.testing.harness import EVERY_MESSAGE
 
 SCALARS = ("weight", "drift", "aggregate", "prediction", "innovation")
 
@@ -65,6 +67,33 @@ def test_firing_strengths_are_labelled_in_the_order_of_table_1(harness: Harness)
         4,
     )
     assert (rate.label, rate.size, rate.stride) == ("rate: small, large", 2, 2)
+
+
+def test_listeners_that_come_and_go_are_told_apart(harness: Harness) -> None:
+    node = harness.fusion_node()
+    feed = harness.feed()
+    name = "/fusion_node/weight"
+    point = load_message_class(POINT)
+    k = 0
+    for listeners in (1, 2, 1):
+        heard: list[object] = []
+        subscriptions = [
+            harness.node.create_subscription(point, name, heard.append, EVERY_MESSAGE)
+            for _ in range(listeners)
+        ]
+        harness.spin_until(lambda n=listeners: node.count_subscribers(name) == n)  # type: ignore[misc]
+        harness.spin_until(lambda: node._output.wanted)
+        harness.spin_until(lambda s=subscriptions: all(e.get_publisher_count() for e in s))  # type: ignore[misc]
+        for subscription in subscriptions[1:]:  # one of them goes: the other still listens
+            harness.node.destroy_subscription(subscription)
+        harness.spin_until(lambda: node.count_subscribers(name) == 1)
+        ramp(feed, k, k + 3)
+        harness.spin_until(lambda h=heard: len(h) == 3)  # type: ignore[misc]
+        harness.node.destroy_subscription(subscriptions[0])
+        harness.spin_until(lambda: not node._output.wanted, "nobody listens")
+        ramp(feed, k + 3, k + 6)
+        assert len(heard) == 3
+        k += 6
 
 
 def test_nothing_is_made_while_nobody_listens(

@@ -137,6 +137,15 @@ def test_diagnostics_go_on_when_the_clock_steps_back(
         diagnostics.next("fusion_node: fusion")
 
 
+def test_ticks_go_on_when_the_clock_steps_back(harness: Harness) -> None:
+    node = harness.fusion_node({"use_sim_time": True, "trigger": "timer", "rate": 50.0})
+    clock = SimulatedClock(harness)
+    feed = harness.feed()
+    for at in (1e6, 1.0):
+        clock.set(node, at)
+        assert feed(at, s1=1.0, s2=1.0) == 1.0
+
+
 @PREDICTOR
 def test_a_long_gap_makes_no_spike(harness: Harness, predictor: bool) -> None:
     harness.fusion_node({"predictor.enabled": predictor})
