@@ -36,6 +36,7 @@ def test_the_whole_job(tmp_path: Path) -> None:
     assert car.startswith("car_accel: matched")
     for table in (pendulum, car):
         assert table.splitlines()[3].startswith("estimate ")
+        assert table.splitlines()[0].endswith("baselines: as tune has fitted them")
         assert "kalman_bias " in table
     assert end.startswith("live = replay, bit for bit")
     out = tmp_path / "out" / "demo"
