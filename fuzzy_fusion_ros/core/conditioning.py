@@ -21,6 +21,9 @@ from fuzzy_fusion_ros.core.parameters import (
     SlowSensorParameters,
 )
 
+LONGEST_INTERVAL = 3
+"""S2 that comes later than after so many intervals has had a gap."""
+
 LONGEST_SPIKE = 5
 """So many samples in a row are rejected as spikes at most; then the signal has moved."""
 
@@ -47,19 +50,21 @@ class Bias(NamedTuple):
     Attributes:
         samples: S2 samples learnt from.
         stamp_ns: Stamp of the newest of them.
+        interval: Time between the newest two without a gap, seconds; 0 until there are two.
         value: The bias at that stamp, unit of the signal.
         slope: Its drift, unit of the signal per second.
-        learnt: Time learnt from, weighted by quietness, seconds.
+        learnt: Time learnt from, weighted by quietness, faded in gaps, seconds.
     """
 
     samples: int
     stamp_ns: int
+    interval: float
     value: float
     slope: float
     learnt: float
 
 
-NO_BIAS = Bias(samples=0, stamp_ns=0, value=0.0, slope=0.0, learnt=0.0)
+NO_BIAS = Bias(samples=0, stamp_ns=0, interval=0.0, value=0.0, slope=0.0, learnt=0.0)
 
 
 class Conditioned(NamedTuple):
@@ -150,7 +155,7 @@ def condition(
         lagged=lagged,
         line=line,
         bias=bias,
-        value=smooth.value - bias_at(bias, stamp_ns),
+        value=smooth.value - bias_at(s1_parameters, bias, stamp_ns),
     )
 
 
@@ -203,8 +208,9 @@ def learn_bias(
     """Move the bias towards an error, the faster the quieter the signal is.
 
     A first-order lag whose time constant grows with what was learnt, up to
-    ``bias_time_constant``: the first estimate is the mean so far. With a
-    ``drift_time_constant`` the bias also has a slope, learnt likewise.
+    ``bias_time_constant``: the first estimate is the mean so far. What was learnt fades in a gap,
+    so that after it a mean begins again rather than one error counting for all of the gap. With
+    a ``drift_time_constant`` the bias also has a slope, learnt likewise.
 
     Args:
         parameters: Its time constants and the share of learning that goes on in motion.
@@ -214,29 +220,41 @@ def learn_bias(
         quiet: Grade of *the signal is quiet*, 0 to 1.
     """
     if kept.samples == 0:
-        return Bias(samples=1, stamp_ns=stamp_ns, value=error, slope=0.0, learnt=0.0)
+        return Bias(samples=1, stamp_ns=stamp_ns, interval=0.0, value=error, slope=0.0, learnt=0.0)
     dt = seconds_between(kept.stamp_ns, stamp_ns)
+    is_gap = kept.interval > 0.0 and dt > LONGEST_INTERVAL * kept.interval
+    interval = kept.interval if is_gap else dt
     share = parameters.bias_moving_share
-    effective = (share + (1.0 - share) * quiet) * dt
-    learnt = kept.learnt + effective
-    ahead = kept.value + kept.slope * dt
-    gain = 0.0
-    if effective > 0.0:
-        gain = lag_gain(effective, min(parameters.bias_time_constant, learnt))
+    weight = (share + (1.0 - share) * quiet) * interval
+    elapsed = weight + dt - interval
+    longest = parameters.bias_time_constant
+    learnt = kept.learnt
+    if is_gap:
+        learnt = min(learnt, longest) * (1.0 - lag_gain(dt - interval, longest))
+    learnt += weight
+    gain = lag_gain(weight, min(longest, learnt)) if weight > 0.0 else 0.0
+    ahead = bias_at(parameters, kept, stamp_ns)
     slope = kept.slope
     if parameters.drift_time_constant > 0.0:
-        slope += gain * lag_gain(effective, parameters.drift_time_constant) * (error - ahead) / dt
+        slope += gain * lag_gain(elapsed, parameters.drift_time_constant) * (error - ahead) / dt
     return Bias(
         samples=kept.samples + 1,
         stamp_ns=stamp_ns,
+        interval=interval,
         value=ahead + gain * (error - ahead),
         slope=slope,
         learnt=learnt,
     )
 
 
-def bias_at(bias: Bias, stamp_ns: int) -> float:
-    """Return the bias at a stamp, carried on along its slope; 0 before anything was learnt."""
+def bias_at(parameters: FastSensorParameters, bias: Bias, stamp_ns: int) -> float:
+    """Return the bias at a stamp, carried on along its slope; 0 before anything was learnt.
+
+    A slope that was learnt over ``T = drift_time_constant`` is believed for about so long:
+    ``b + slope T (1 - exp(-dt / T))``, a damped trend.
+    """
     if bias.samples == 0:
         return 0.0
-    return bias.value + bias.slope * seconds_between(bias.stamp_ns, stamp_ns)
+    dt = seconds_between(bias.stamp_ns, stamp_ns)
+    drift = parameters.drift_time_constant
+    return bias.value + bias.slope * drift * lag_gain(dt, drift)

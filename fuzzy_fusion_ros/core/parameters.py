@@ -124,7 +124,10 @@ class FastSensorParameters(SensorParameters):
         0.0, "share of the bias's learning that goes on while the signal moves", high=1.0
     )
     drift_time_constant: float = real(
-        0.0, "time constant of the estimate of the bias's slope; 0 is off", unit="s"
+        0.0,
+        "time constant of the estimate of the bias's slope, which is believed for about so long; "
+        "0 is off",
+        unit="s",
     )
 
 

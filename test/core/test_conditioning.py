@@ -12,8 +12,12 @@ from hypothesis import strategies as st
 from fuzzy_fusion_ros.core.aggregator import SlowSensor, no_slow_sensor
 from fuzzy_fusion_ros.core.conditioning import (
     LONGEST_SPIKE,
+    NO_BIAS,
+    Bias,
     Conditioned,
+    bias_at,
     condition,
+    learn_bias,
     unconditioned,
 )
 from fuzzy_fusion_ros.core.parameters import (
@@ -174,6 +178,42 @@ def test_a_drifting_bias_is_followed_along_its_slope() -> None:
     assert lag == pytest.approx(0.2, rel=0.05)
     assert followed.value == pytest.approx(0.0, abs=0.01)
     assert followed.bias.slope == pytest.approx(0.1, rel=0.05)
+
+
+def taught(parameters: FastSensorParameters, kept: Bias, at_s: list[float], e: list[float]) -> Bias:
+    """Return the bias after errors at some times, the signal being quiet."""
+    for time_s, error in zip(at_s, e, strict=True):
+        kept = learn_bias(parameters, kept, SECOND + round(time_s * SECOND), error, 1.0)
+    return kept
+
+
+def test_after_a_gap_a_mean_begins_again() -> None:
+    parameters = FastSensorParameters(bias_time_constant=5.0)
+    before = taught(parameters, NO_BIAS, [0.1 * k for k in range(200)], [0.0] * 200)
+    times = [60.0 + 0.1 * k for k in range(20)]
+    first = taught(parameters, before, times[:1], [1.5])
+    after = taught(parameters, before, times, [1.5, 0.5] * 10)
+    assert 0.5 < first.value < 1.0  # not all of the gap's time speaks for one error
+    assert after.value == pytest.approx(1.0, abs=0.1)
+    assert after.interval == pytest.approx(0.1)
+
+
+def test_a_short_gap_is_none_and_fades_nothing() -> None:
+    parameters = FastSensorParameters(bias_time_constant=5.0)
+    before = taught(parameters, NO_BIAS, [0.1 * k for k in range(200)], [0.0] * 200)
+    late = taught(parameters, before, [20.1], [1.0])
+    assert late.value == pytest.approx(1.0 - math.exp(-0.2 / 5.0))
+    assert late.learnt == pytest.approx(before.learnt + 0.2)
+
+
+def test_a_slope_is_believed_for_as_long_as_it_was_learnt_over() -> None:
+    bias = Bias(samples=9, stamp_ns=SECOND, interval=0.1, value=0.5, slope=0.1, learnt=1.0)
+    damped = FastSensorParameters(drift_time_constant=20.0)
+    assert bias_at(damped, bias, SECOND) == 0.5
+    assert bias_at(damped, bias, 2 * SECOND) == pytest.approx(0.6, abs=0.003)
+    assert bias_at(damped, bias, 21 * SECOND) == pytest.approx(0.5 + 2.0 * (1.0 - math.exp(-1.0)))
+    assert bias_at(damped, bias, 10_000 * SECOND) == pytest.approx(2.5)
+    assert bias_at(damped, NO_BIAS, 10_000 * SECOND) == 0.0
 
 
 def test_each_sample_of_s2_teaches_once() -> None:
