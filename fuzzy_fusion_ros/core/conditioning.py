@@ -7,6 +7,7 @@ right, and taken off. Learning slows while the fuzzy rules say that the signal m
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from fuzzy_fusion_ros.core.aggregator import SlowSensor
@@ -251,10 +252,10 @@ def bias_at(parameters: FastSensorParameters, bias: Bias, stamp_ns: int) -> floa
     """Return the bias at a stamp, carried on along its slope; 0 before anything was learnt.
 
     A slope that was learnt over ``T = drift_time_constant`` is believed for about so long:
-    ``b + slope T (1 - exp(-dt / T))``, a damped trend.
+    ``b + slope T (1 - exp(-dt / T))``, a damped trend; backwards in time alike.
     """
     if bias.samples == 0:
         return 0.0
     dt = seconds_between(bias.stamp_ns, stamp_ns)
     drift = parameters.drift_time_constant
-    return bias.value + bias.slope * drift * lag_gain(dt, drift)
+    return bias.value + bias.slope * drift * math.copysign(lag_gain(abs(dt), drift), dt)

@@ -213,6 +213,8 @@ def test_a_slope_is_believed_for_as_long_as_it_was_learnt_over() -> None:
     assert bias_at(damped, bias, 2 * SECOND) == pytest.approx(0.6, abs=0.003)
     assert bias_at(damped, bias, 21 * SECOND) == pytest.approx(0.5 + 2.0 * (1.0 - math.exp(-1.0)))
     assert bias_at(damped, bias, 10_000 * SECOND) == pytest.approx(2.5)
+    assert bias_at(damped, bias, 0) == pytest.approx(0.4, abs=0.003)
+    assert bias_at(damped, bias, -(2**62)) == pytest.approx(-1.5)
     assert bias_at(damped, NO_BIAS, 10_000 * SECOND) == 0.0
 
 
