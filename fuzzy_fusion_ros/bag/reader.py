@@ -57,14 +57,11 @@ class BagReader:
         """
         self.path = Path(path)
         self._problems = Problems()
-        self._stack = ExitStack()
         files, metadata = find_files(self.path, self._problems)
         self._is_message_compressed = bool(metadata and metadata.compression_mode == "message")
-        try:
-            self._storages = self._open(files)
-        except BaseException:
-            self._stack.close()
-            raise
+        with ExitStack() as opening:
+            self._storages = self._open(files, opening)
+            self._stack = opening.pop_all()
         self._described = [topic for each in self._storages for topic in each.topics]
         self.topics = _merge_topics(self._described, partial(self._problems.note, self.path.name))
         starts = [each.start_ns for each in self._storages if each.start_ns is not None]
@@ -158,11 +155,11 @@ class BagReader:
         """
         return self.types.decode(message.msgtype, message.data)
 
-    def _open(self, files: list[Path]) -> list[Storage]:
+    def _open(self, files: list[Path], opening: ExitStack) -> list[Storage]:
         """Open all files that can be; refuse if none can."""
         scratch = None
         if any(is_compressed(file) for file in files):
-            scratch = Path(self._stack.enter_context(tempfile.TemporaryDirectory()))
+            scratch = Path(opening.enter_context(tempfile.TemporaryDirectory()))
         storages: list[Storage] = []
         refusals: list[BagError] = []
         for file in files:
@@ -172,7 +169,7 @@ class BagReader:
                 refusals.append(error)
                 self._problems.note(file.name, str(error))
             else:
-                self._stack.callback(storages[-1].close)
+                opening.callback(storages[-1].close)
         if not storages:
             raise refusals[0]
         return storages

@@ -125,7 +125,8 @@ class SqliteFile:
         }
 
     def _topic(self, row: Any, definitions: Mapping[str, Definition]) -> Topic:
-        offered = row["offered_qos_profiles"] if "offered_qos_profiles" in row.keys() else ""  # noqa: SIM118
+        columns = row.keys()
+        offered = row["offered_qos_profiles"] if "offered_qos_profiles" in columns else ""
         try:
             qos = qos_from_rosbag2(offered)
         except BagError as error:

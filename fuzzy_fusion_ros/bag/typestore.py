@@ -19,14 +19,11 @@ from fuzzy_fusion_ros.bag.from_rclpy import dataclass_from_rclpy
 from fuzzy_fusion_ros.bag.installed import installed_definition
 from fuzzy_fusion_ros.bag.topic import Definition, Topic
 from fuzzy_fusion_ros.core.errors import BagError, MessageError
+from fuzzy_fusion_ros.messages.cdr import EMPTY_ARRAY_BYTES, ORDERS, ORIGIN, PADDING_BYTES
 from fuzzy_fusion_ros.messages.type_fields import FieldType
 from fuzzy_fusion_ros.messages.type_names import type_name_of
 
 _SEPARATOR = "=" * 80 + "\n"
-_ENCAPSULATIONS = (b"\0\1", b"\0\0")
-_SLACK_BYTES = 8
-"""What rclpy may leave behind a message for each empty array in it: it sizes its memory as if
-the elements of such an array were to be aligned, but hands all of it out."""
 
 # What rosbags' generated code raises on bytes that do not fit.
 _UNFIT = (SerdeError, struct.error, ValueError, LookupError, OverflowError, MemoryError)
@@ -68,16 +65,16 @@ class BagTypes:
             MessageError: This message does not have the layout of its type.
         """
         layout = self._store.cache.get(msgtype) or self._layout(msgtype)
-        if data[:2] not in _ENCAPSULATIONS:
+        if data[:2] not in ORDERS:
             raise MessageError(f"a message is no {msgtype}: it begins with {data[:4]!r}, no CDR")
         read = layout.deserialize_cdr_le if data[1] else layout.deserialize_cdr_be
         try:
-            message, end = read(data[4:], 0, layout.cls, self._store)
+            message, end = read(data[ORIGIN:], 0, layout.cls, self._store)
         except _UNFIT as error:
             raise MessageError(f"a message is no {msgtype}: {error}") from error
-        if end + 4 + 3 < len(data):
-            excess = len(data) - end - 4
-            if excess > 3 + _SLACK_BYTES * _empty_arrays(message):
+        if end + ORIGIN + PADDING_BYTES < len(data):
+            excess = len(data) - end - ORIGIN
+            if excess > PADDING_BYTES + EMPTY_ARRAY_BYTES * _empty_arrays(message):
                 raise MessageError(f"a message is no {msgtype}: it has {excess} bytes too many")
         return message
 

@@ -17,6 +17,13 @@ LITTLE_ENDIAN = b"\x00\x01\x00\x00"
 ORDERS = {b"\x00\x01": "<", b"\x00\x00": ">"}
 """Byte orders, as :mod:`struct` writes them, by how messages begin."""
 
+PADDING_BYTES = 3
+"""What may lie behind a message: the payload is padded to a multiple of four."""
+
+EMPTY_ARRAY_BYTES = 8
+"""What rclpy may leave behind a message for each empty array in it: it sizes its memory as if
+the elements of such an array were to be aligned, but hands all of it out."""
+
 FORMATS = {
     "bool": "?",
     "float32": "f",

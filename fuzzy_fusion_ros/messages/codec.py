@@ -10,7 +10,7 @@ from fuzzy_fusion_ros.core.clock import SECOND_NS
 from fuzzy_fusion_ros.core.errors import MessageError
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages.blank import HEADER
-from fuzzy_fusion_ros.messages.cdr import FORMATS, ORDERS, ORIGIN
+from fuzzy_fusion_ros.messages.cdr import EMPTY_ARRAY_BYTES, FORMATS, ORDERS, ORIGIN, PADDING_BYTES
 from fuzzy_fusion_ros.messages.field_path import FieldPath
 from fuzzy_fusion_ros.messages.layout import Layout, Walk
 from fuzzy_fusion_ros.messages.resolve import resolve_field
@@ -18,13 +18,6 @@ from fuzzy_fusion_ros.messages.type_fields import FLOATS, INTEGER_RANGES, TypeDe
 from fuzzy_fusion_ros.messages.type_names import normalise_type_name
 
 TIME = "builtin_interfaces/msg/Time"
-
-_SLACK_BYTES = 3
-"""What may lie behind a message: the payload is padded to a multiple of four."""
-
-_SLACK_BYTES_OF_ARRAY = 8
-"""What rclpy may leave behind a message for each empty array in it: it sizes its memory as if
-the elements of such an array were to be aligned, but hands all of it out."""
 
 
 class ScalarCodec:
@@ -200,14 +193,14 @@ def _stamp_path(types: TypeDescriptions, type_name: str) -> str | None:
 
 def _slack(types: TypeDescriptions, type_name: str) -> float:
     """Return how many bytes may lie behind a message; where arrays nest, any number."""
-    slack = float(_SLACK_BYTES)
+    slack = float(PADDING_BYTES)
     for field in types.fields(type_name).values():
         if field.is_array and field.is_message:
             return math.inf
         if field.is_array and not field.is_fixed:
-            slack += _SLACK_BYTES_OF_ARRAY
+            slack += EMPTY_ARRAY_BYTES
         elif field.is_message:
-            slack += _slack(types, field.name) - _SLACK_BYTES
+            slack += _slack(types, field.name) - PADDING_BYTES
     return slack
 
 

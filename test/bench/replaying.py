@@ -65,7 +65,7 @@ def _rate_rows(
     found = []
     for rates, part in (
         (reading, "read and decode all"),
-        (fusing, "read, decode s1 and s2, fuse (FA), write nothing"),
+        (fusing, "read s1 and s2, fuse (FA), write nothing"),
         (fa, "replay (FA), write estimate and explanation"),
         (complete, "replay (complete), write estimate and explanation"),
     ):
