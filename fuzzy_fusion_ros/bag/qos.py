@@ -85,7 +85,10 @@ def qos_from_rosbag2(described: object) -> tuple[QosProfile, ...]:
     try:
         if isinstance(described, str):
             described = yaml.safe_load(described)
-        return tuple(_profile(each) for each in described or ())  # type: ignore[attr-defined]
+        profiles = described or ()
+        if not isinstance(profiles, Iterable):
+            raise TypeError(f"{type(profiles).__name__!r} object is not iterable")
+        return tuple(_profile(each) for each in profiles)
     except (yaml.YAMLError, LookupError, TypeError, ValueError, AttributeError) as error:
         raise BagError(f"offered QoS profiles {described!r} are not rosbag2's: {error}") from error
 

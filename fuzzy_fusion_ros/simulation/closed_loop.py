@@ -129,7 +129,7 @@ def simulate(method: Method, scenario: Scenario, generator: np.random.Generator)
     n = samples_in(scenario)
     step_ns = round(scenario.sample_time * 1e9)
     run = Run(
-        stamps_ns=stamp_of(step_ns, np.arange(n, dtype=np.int64)),  # type: ignore[arg-type]
+        stamps_ns=stamp_of(step_ns, np.arange(n, dtype=np.int64)),
         truth=np.full(n, FALLEN),
         s1=np.zeros(n),
         s2=np.zeros(n),

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeVar
 
 from fuzzy_fusion_ros.core.parameter_tree import Group, group, real
+from fuzzy_fusion_ros.core.series import Stamps
+
+Counts = TypeVar("Counts", int, Stamps)
 
 START_NS = 1_000_000_000
 """Stamp of the first sample, t = 0: a stamp of zero means *no stamp* in ROS."""
@@ -80,6 +84,6 @@ def samples_in(scenario: Scenario) -> int:
     return math.ceil(scenario.duration / scenario.sample_time - 1e-9)
 
 
-def stamp_of(step_ns: int, k: int) -> int:
-    """Return the stamp of sample ``k`` for a sample time of ``step_ns`` nanoseconds."""
+def stamp_of(step_ns: int, k: Counts) -> Counts:
+    """Return the stamp of sample ``k``, or of each of several, ``step_ns`` nanoseconds apart."""
     return START_NS + k * step_ns
