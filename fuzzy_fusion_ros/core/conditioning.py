@@ -1,8 +1,8 @@
 """Conditioning of S1 before the aggregator: our extension, off by default (contract § 7).
 
-Four steps, each of which its parameter of 0 switches off: a spike is replaced by the last
-sample, the rest goes through a low-pass, S1's bias is learnt from what S2 would read if S1 were
-right, and taken off. Learning slows while the fuzzy rules say that the signal moves.
+Four steps, each of which its parameter of 0 switches off: a spike is left out, the rest goes
+through a low-pass, S1's bias is learnt from what S2 would read if S1 were right, and taken off.
+Learning slows while the fuzzy rules say that the signal moves.
 """
 
 from __future__ import annotations
@@ -25,20 +25,25 @@ from fuzzy_fusion_ros.core.parameters import (
 LONGEST_INTERVAL = 3
 """S2 that comes later than after so many intervals has had a gap."""
 
-LONGEST_SPIKE = 5
-"""So many samples in a row are rejected as spikes at most; then the signal has moved."""
+REMEMBERED = 9
+"""Samples that one which looks like a spike is compared with; so many are rejected at most."""
+
+AGREEING = 5
+"""Where so many of these are near it S1 has moved: a spike is shorter."""
 
 
 class Smooth(NamedTuple):
     """S1 behind spike rejection and low-pass.
 
     Attributes:
-        accepted: The last sample that was no spike, unit of the signal.
+        recent: The last samples as they came, newest first, unit of the signal.
+        accepted: The last sample that was no spike.
         rejected: Samples rejected in a row.
         value: Output of the low-pass, unit of the signal.
         slope: Its slope, unit of the signal per second; 0 without a trend.
     """
 
+    recent: tuple[float, float, float, float, float, float, float, float, float]
     accepted: float
     rejected: int
     value: float
@@ -95,7 +100,7 @@ def unconditioned() -> Conditioned:
     return Conditioned(
         samples=0,
         stamp_ns=0,
-        smooth=Smooth(accepted=0.0, rejected=0, value=0.0, slope=0.0),
+        smooth=begun(0.0),
         lagged=0.0,
         line=empty_line(),
         bias=NO_BIAS,
@@ -130,15 +135,17 @@ def condition(
         return passed_through(kept, stamp_ns, s1)
     s1 = bounded(s1)
     dt = seconds_between(kept.stamp_ns, stamp_ns)
-    smooth = Smooth(accepted=s1, rejected=0, value=s1, slope=0.0)
+    smooth = begun(s1)
     lagged = s1
     line = kept.line
     bias = NO_BIAS
     continues = kept.samples > 0 and dt <= s1_parameters.timeout
     if continues:
-        clean, rejected = reject_spike(s1_parameters.spike_threshold, kept.smooth, s1)
-        smooth = low_pass(s1_parameters, kept.smooth, clean, rejected, dt)
-        lagged = kept.lagged + lag_gain(dt, s2_parameters.lag_time_constant) * (clean - kept.lagged)
+        smooth = low_pass(s1_parameters, kept.smooth, s1, dt)
+        passed = smooth.value if smooth.rejected > 0 else s1
+        lagged = kept.lagged + lag_gain(dt, s2_parameters.lag_time_constant) * (
+            passed - kept.lagged
+        )
     if s1_parameters.bias_time_constant > 0.0:
         bias = kept.bias
         if not continues:
@@ -174,33 +181,44 @@ def passed_through(kept: Conditioned, stamp_ns: int, s1: float) -> Conditioned:
     return Conditioned(0, stamp_ns, kept.smooth, kept.lagged, kept.line, NO_BIAS, s1)
 
 
-def reject_spike(threshold: float, kept: Smooth, s1: float) -> tuple[float, int]:
-    """Replace a sample that is further than ``threshold`` from the last accepted one by that.
-
-    Returns:
-        The sample to use, and how many were rejected in a row; after ``LONGEST_SPIKE`` the
-        next is accepted wherever it is.
-    """
-    if threshold > 0.0 and abs(s1 - kept.accepted) > threshold and kept.rejected < LONGEST_SPIKE:
-        return kept.accepted, kept.rejected + 1
-    return s1, 0
+def begun(s1: float) -> Smooth:
+    """Return S1 behind the steps at its first sample, which is taken whatever it is."""
+    recent = (s1, s1, s1, s1, s1, s1, s1, s1, s1)
+    return Smooth(recent=recent, accepted=s1, rejected=0, value=s1, slope=0.0)
 
 
-def low_pass(
-    parameters: FastSensorParameters, kept: Smooth, clean: float, rejected: int, dt: float
-) -> Smooth:
-    """Low-pass a spike-free sample; with a trend, a ramp passes without lag.
+def low_pass(parameters: FastSensorParameters, kept: Smooth, s1: float, dt: float) -> Smooth:
+    """Low-pass a sample that is no spike; with a trend, a ramp passes without lag.
 
     ``x += slope dt; g = 1 - exp(-dt / T_lp); x += g e; slope += g (1 - exp(-dt / T_trend)) e / dt``
-    with ``e`` the sample less the prediction.
+    with ``e`` the sample less the prediction. A spike says nothing: ``e = 0``.
     """
-    gain = lag_gain(dt, parameters.lowpass_time_constant)
+    recent = (s1, *kept.recent[:-1])
     ahead = kept.value + kept.slope * dt
-    error = clean - ahead
+    if is_spike(parameters.spike_threshold, kept, s1):
+        return Smooth(recent, kept.accepted, kept.rejected + 1, ahead, kept.slope)
+    gain = lag_gain(dt, parameters.lowpass_time_constant)
+    error = s1 - ahead
     slope = 0.0
     if parameters.trend_time_constant > 0.0:
         slope = kept.slope + gain * lag_gain(dt, parameters.trend_time_constant) * error / dt
-    return Smooth(accepted=clean, rejected=rejected, value=ahead + gain * error, slope=slope)
+    return Smooth(recent, s1, 0, ahead + gain * error, slope)
+
+
+def is_spike(threshold: float, kept: Smooth, s1: float) -> bool:
+    """Return whether a sample is further than ``threshold`` from where S1 is.
+
+    S1 is where its last sample that was no spike is, and where most of the recent ones are: so
+    no spike that was mistaken for the signal keeps the signal out. After ``REMEMBERED`` rejected
+    in a row the next is accepted wherever it is.
+    """
+    if threshold <= 0.0 or abs(s1 - kept.accepted) <= threshold or kept.rejected >= REMEMBERED:
+        return False
+    near = 0
+    for each in kept.recent:
+        if abs(s1 - each) <= threshold:
+            near += 1
+    return near < AGREEING
 
 
 def learn_bias(

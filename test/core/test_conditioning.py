@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from fuzzy_fusion_ros.core.aggregator import SlowSensor, no_slow_sensor
 from fuzzy_fusion_ros.core.conditioning import (
-    LONGEST_SPIKE,
+    AGREEING,
     NO_BIAS,
+    REMEMBERED,
     Bias,
     Conditioned,
     bias_at,
@@ -85,13 +86,31 @@ def test_samples_are_counted_with_their_stamps() -> None:
         ([0.0, 0.5, 1.0], [0.0, 0.5, 1.0]),  # a step as large as the threshold is none
         ([9.0, 0.0, 9.1], [9.0, 9.0, 9.1]),  # the first is taken whatever it is
         ([0.0, 9.0, -9.0, 0.2], [0.0, 0.0, 0.0, 0.2]),
-        ([0.0] + [9.0] * LONGEST_SPIKE, [0.0] * (LONGEST_SPIKE + 1)),
-        ([0.0] + [9.0] * (LONGEST_SPIKE + 2), [0.0] * (LONGEST_SPIKE + 1) + [9.0, 9.0]),
         ([0.0, 9.0, 0.0, 9.0, 0.0, 9.0, 0.0], [0.0] * 7),
+        ([0.0] + [9.0] * AGREEING, [0.0] * (AGREEING + 1)),
+        ([0.0] + [9.0] * (AGREEING + 2), [0.0] * (AGREEING + 1) + [9.0, 9.0]),  # a jump
+        ([9.0] + [0.0] * (AGREEING + 1), [9.0] * (AGREEING + 1) + [0.0]),  # a spike at first
+        (
+            [0.0] * 9 + [0.375, -0.25, 0.0],
+            [0.0] * 9 + [0.375, -0.25, 0.0],
+        ),  # a small one locks none out
+        (
+            [10.0 * k for k in range(REMEMBERED + 2)],  # no two agree
+            [0.0] * (REMEMBERED + 1) + [10.0 * (REMEMBERED + 1)],
+        ),
     ],
 )
-def test_a_spike_is_replaced_by_the_last_sample(s1: list[float], passed: list[float]) -> None:
+def test_a_spike_is_left_out(s1: list[float], passed: list[float]) -> None:
     assert values(conditioned(FastSensorParameters(spike_threshold=0.5), s1)) == passed
+
+
+def test_a_spike_does_not_stop_a_trend() -> None:
+    ramp = [0.01 * k for k in range(500)]
+    parameters = FastSensorParameters(
+        spike_threshold=0.5, lowpass_time_constant=0.1, trend_time_constant=0.2
+    )
+    said = values(conditioned(parameters, [*ramp[:-1], 9.0]))
+    assert said[-1] == pytest.approx(ramp[-1], abs=1e-9)
 
 
 def test_the_low_pass_goes_its_way_to_a_step() -> None:
