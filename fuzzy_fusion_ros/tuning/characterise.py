@@ -15,8 +15,11 @@ FEWEST_S1 = 50
 FEWEST_S2 = 10
 """With fewer samples there is nothing to see."""
 
-HALF_WINDOW = 5
-"""Samples each way that a spike is told by."""
+TELLING = 5
+"""Samples each way that tell whether S1 has spikes at all: few, so that motion is none."""
+
+REMOVING = 8
+"""Samples each way that tell which samples are spikes, where there are any: runs of them too."""
 
 SPIKE_SIGMAS = 5.0
 """A sample this many times the usual step from the median around it is a spike."""
@@ -85,8 +88,7 @@ def characterise(series: Series) -> Characteristics:
     """
     require_enough(series)
     s1_s, s2_s = seconds(series)
-    clean, spike_share, spike_scale = without_spikes(series.s1)
-    s1 = clean if spike_share >= FEWEST_SPIKES else series.s1
+    s1, spike_share, spike_scale = without_spikes(series.s1)
     lag, chance = trusted_lag(s1_s, s1, s2_s, series.s2)
     error = read_through(lag, s1_s, s1, s2_s) - series.s2
     about = s2_s - s2_s.mean()
@@ -137,13 +139,21 @@ def require_enough(series: Series) -> None:
 
 
 def without_spikes(s1: Reals) -> tuple[Reals, float, float]:
-    """Return a series with its spikes replaced by the median around them.
+    """Return a series with its spikes replaced by the median around them, if it has enough.
 
     Returns:
         The series, the share of spikes, and the usual distance of a sample from the median.
     """
-    padded = np.pad(s1, HALF_WINDOW, mode="edge")
-    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * HALF_WINDOW + 1)
+    _, share, scale = _limited(s1, TELLING)
+    if share < FEWEST_SPIKES:
+        return s1, share, scale
+    return _limited(s1, REMOVING)
+
+
+def _limited(s1: Reals, half: int) -> tuple[Reals, float, float]:
+    windows = np.lib.stride_tricks.sliding_window_view(
+        np.pad(s1, half, mode="reflect"), 2 * half + 1
+    )
     median = np.median(windows, axis=1)
     distance = np.abs(s1 - median)
     steps = np.median(np.abs(np.diff(windows, axis=1)), axis=1)

@@ -56,7 +56,7 @@ def reference_without_truth(series: Series, found: Characteristics) -> Reals:
     if not found.related:
         return held_s2(series)
     s1_s, s2_s = seconds(series)
-    s1 = without_spikes(series.s1)[0] if found.has_spikes else series.s1
+    s1 = without_spikes(series.s1)[0]
     clean = without_noise(s1_s, s1, found)
     error = read_through(found.lag, s1_s, clean, s2_s) - series.s2
     smoothing = _best_smoothing(s2_s, error, found)

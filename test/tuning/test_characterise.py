@@ -7,6 +7,7 @@ import pytest
 from tuning.recordings import Sensors, made
 
 from fuzzy_fusion_ros.tuning import TuneError, characterise
+from fuzzy_fusion_ros.tuning.characterise import without_spikes
 from fuzzy_fusion_ros.tuning.report import described
 
 
@@ -37,6 +38,25 @@ def test_spikes(share: float) -> None:
     found = characterise(made(Sensors(spikes=share)).series)
     assert found.has_spikes is (share > 0.0)
     assert found.spike_share == pytest.approx(share, abs=0.03)
+
+
+def test_runs_of_spikes_do_not_hide_the_lag() -> None:
+    series = made(Sensors(lag=0.4, noise=0.02), seconds=120.0).series
+    s1 = series.s1.copy()
+    generator = np.random.default_rng(3)
+    for begin in np.flatnonzero(generator.random(s1.size) < 0.06):
+        s1[begin : begin + generator.integers(1, 5)] += 5.0 * generator.choice([-1.0, 1.0])
+    found = characterise(series._replace(s1=s1))
+    assert found.has_spikes
+    assert found.lag.correlation > 0.9
+    assert found.lag.total == pytest.approx(0.4, abs=0.1)
+
+
+def test_a_spike_at_either_end_is_seen() -> None:
+    s1 = made(Sensors(spikes=0.1)).series.s1.copy()
+    s1[[0, -1]] = 50.0
+    clean, _, _ = without_spikes(s1)
+    assert np.abs(clean).max() < 10.0
 
 
 def test_it_is_told_in_words() -> None:
