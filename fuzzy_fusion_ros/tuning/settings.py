@@ -118,10 +118,10 @@ def _full_starts(found: Characteristics) -> list[dict[str, float]]:
             share: 0.9,
             "s1.lowpass_time_constant": 30.0 * found.s1_interval,
             "s1.trend_time_constant": 10.0 * found.s1_interval,
-            drift: 100.0,
+            drift: 10.0,
             bias: 30.0 * interval,
         },
-        {**all_s1, **_STILL, share: 0.5, bias: 5.0 * interval, drift: 10.0 * interval},
+        {**all_s1, **_STILL, share: 0.5, bias: 5.0 * interval, drift: 2.0},
         {
             **all_s1,
             **_STILL,
@@ -129,7 +129,7 @@ def _full_starts(found: Characteristics) -> list[dict[str, float]]:
             "aggregator.rate.large": 0.2 * rate,
             "aggregator.rate_time_constant": 2.0 * interval,
             bias: 5.0 * interval,
-            drift: 10.0 * interval,
+            drift: 2.0,
         },
         {
             **on,
@@ -138,7 +138,7 @@ def _full_starts(found: Characteristics) -> list[dict[str, float]]:
             "aggregator.rate.large": 0.1 * rate,
             "aggregator.rate_time_constant": interval,
             bias: 20.0 * interval,
-            drift: 300.0,
+            drift: 10.0,
         },
     ]
 

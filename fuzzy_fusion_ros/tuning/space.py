@@ -15,6 +15,11 @@ NEVER = 1e9
 """Beyond every axis: a step whose time constant is at the upper end does next to nothing."""
 
 
+SLOPE_OVER_BIAS = 2.0
+"""A slope's time constant is at least twice its bias's, as a steady Kalman filter has it of a bias
+whose slope walks at random; below, the bias swings about what it is to follow."""
+
+
 class Axis(NamedTuple):
     """A parameter that a fit moves.
 
@@ -135,7 +140,9 @@ def learning_axes(found: Characteristics) -> list[Axis]:
     """Return the axes of how the fuzzy rules and the drift steer the conditioning."""
     return [
         Axis("s1.bias_moving_share", 0.0, 1.0, 0.2, logarithmic=False),
-        Axis("s1.drift_time_constant", found.s2_interval, max(1e3, 10.0 * found.s2_interval), 60.0),
+        Axis(
+            "s1.drift_time_constant", SLOPE_OVER_BIAS, 1e3, 10.0, share_of="s1.bias_time_constant"
+        ),
         _around("s1.trend_time_constant", 100.0 * found.s1_interval, 0.01, 10.0),
     ]
 
