@@ -31,7 +31,7 @@ NO_WORSE = 1.002
 INSTANT = 1e-3
 """Below this time constant, s, learning is instant anyway."""
 
-WATCHFUL = 1.05
+WATCHFUL = 1.02
 """Bias learning is made quicker as long as the misfit is at most this much larger."""
 
 DIGITS = 4
