@@ -7,6 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy_fusion_ros.core.series import Reals, Series
+from fuzzy_fusion_ros.tuning.cleaning import (
+    FEWEST_SPIKES,
+    white_noise,
+    without_noise,
+    without_spikes,
+)
 from fuzzy_fusion_ros.tuning.errors import TuneError
 from fuzzy_fusion_ros.tuning.lag import Lag, read_through, trusted_lag
 from fuzzy_fusion_ros.tuning.times import held_s2, seconds
@@ -14,21 +20,6 @@ from fuzzy_fusion_ros.tuning.times import held_s2, seconds
 FEWEST_S1 = 50
 FEWEST_S2 = 10
 """With fewer samples there is nothing to see."""
-
-TELLING = 5
-"""Samples each way that tell whether S1 has spikes at all: few, so that motion is none."""
-
-REMOVING = 8
-"""Samples each way that tell which samples are spikes, where there are any: runs of them too."""
-
-SPIKE_SIGMAS = 5.0
-"""A sample this many times the usual step from the median around it is a spike."""
-
-FEWEST_SPIKES = 0.015
-"""From this share of spikes on they are a fault of the sensor; fewer are the tail of its noise."""
-
-_TO_SIGMA = 1.4826
-"""The standard deviation of normal numbers over their median magnitude."""
 
 TINY = 1e-12
 
@@ -89,7 +80,9 @@ def characterise(series: Series) -> Characteristics:
     require_enough(series)
     s1_s, s2_s = seconds(series)
     s1, spike_share, spike_scale = without_spikes(series.s1)
-    lag, chance = trusted_lag(s1_s, s1, s2_s, series.s2)
+    s2_interval = float(np.median(np.diff(s2_s)))
+    # with its noise, S1 would be the more like S2 the longer the lag that it is seen through
+    lag, chance = trusted_lag(s1_s, without_noise(s1_s, s1, s2_interval), s2_s, series.s2)
     error = read_through(lag, s1_s, s1, s2_s) - series.s2
     about = s2_s - s2_s.mean()
     drift = float(about @ error / (about @ about))
@@ -98,7 +91,7 @@ def characterise(series: Series) -> Characteristics:
     return Characteristics(
         span=float(s1_s[-1] - s1_s[0]),
         s1_interval=float(np.median(np.diff(s1_s))),
-        s2_interval=float(np.median(np.diff(s2_s))),
+        s2_interval=s2_interval,
         s2_gap=float(np.diff(s2_s).max()),
         s1_noise=white_noise(s1),
         spike_share=spike_share,
@@ -136,39 +129,6 @@ def require_enough(series: Series) -> None:
             f"got {np.count_nonzero(series.s2_known)} samples of S1 after the first of S2, "
             f"expected {FEWEST_S1} at least: do both cover the span?"
         )
-
-
-def without_spikes(s1: Reals) -> tuple[Reals, float, float]:
-    """Return a series with its spikes replaced by the median around them, if it has enough.
-
-    Returns:
-        The series, the share of spikes, and the usual distance of a sample from the median.
-    """
-    _, share, scale = _limited(s1, TELLING)
-    if share < FEWEST_SPIKES:
-        return s1, share, scale
-    return _limited(s1, REMOVING)
-
-
-def _limited(s1: Reals, half: int) -> tuple[Reals, float, float]:
-    windows = np.lib.stride_tricks.sliding_window_view(
-        np.pad(s1, half, mode="reflect"), 2 * half + 1
-    )
-    median = np.median(windows, axis=1)
-    distance = np.abs(s1 - median)
-    steps = np.median(np.abs(np.diff(windows, axis=1)), axis=1)
-    scale = _TO_SIGMA * max(
-        float(np.quantile(steps, 0.7)),  # so a signal that moves now and then is no spike
-        float(np.median(distance)),
-        float(np.quantile(distance, 0.8)) / 2.0,
-    )
-    spike = distance > SPIKE_SIGMAS * scale + TINY
-    return np.where(spike, median, s1), float(np.mean(spike)), scale
-
-
-def white_noise(values: Reals) -> float:
-    """Return the standard deviation of the white noise in a series, from second differences."""
-    return float(np.median(np.abs(np.diff(values, n=2))) * _TO_SIGMA / np.sqrt(6.0))
 
 
 def root_mean_square(values: Reals) -> float:

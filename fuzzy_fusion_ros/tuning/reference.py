@@ -6,14 +6,14 @@ bands without delay, less its bias, which S2 tells through its lag from both sid
 
 from __future__ import annotations
 
-import itertools
 import math
 from typing import NamedTuple
 
 import numpy as np
 
 from fuzzy_fusion_ros.core.series import Reals, Series
-from fuzzy_fusion_ros.tuning.characterise import Characteristics, root_mean_square, without_spikes
+from fuzzy_fusion_ros.tuning.characterise import Characteristics, root_mean_square
+from fuzzy_fusion_ros.tuning.cleaning import without_noise, without_spikes
 from fuzzy_fusion_ros.tuning.lag import read_through
 from fuzzy_fusion_ros.tuning.smoothing import smoothed
 from fuzzy_fusion_ros.tuning.times import held_s2, seconds
@@ -21,8 +21,6 @@ from fuzzy_fusion_ros.tuning.times import held_s2, seconds
 _SMOOTHING_TIMES = 18
 _NEARLY = 1.02
 """A longer smoothing that predicts S1's bias within 2 % as well as the best is taken."""
-
-_TINY = 1e-300
 
 
 class _Smoothing(NamedTuple):
@@ -57,56 +55,13 @@ def reference_without_truth(series: Series, found: Characteristics) -> Reals:
         return held_s2(series)
     s1_s, s2_s = seconds(series)
     s1 = without_spikes(series.s1)[0]
-    clean = without_noise(s1_s, s1, found)
+    clean = without_noise(s1_s, s1, found.s2_interval)
     error = read_through(found.lag, s1_s, clean, s2_s) - series.s2
     smoothing = _best_smoothing(s2_s, error, found)
     if root_mean_square(error) <= _NEARLY * smoothing.misfit:
         return clean  # S1 as it is predicts S2 as well as S1 less any bias
     bias = smoothing.of(s2_s, error)
     return clean - np.interp(s1_s, s2_s - found.lag.total, bias)
-
-
-def without_noise(s1_s: Reals, s1: Reals, found: Characteristics) -> Reals:
-    """Return S1 less its noise, without delay: octave bands, each with its own Wiener gain.
-
-    Args:
-        s1_s: Times of S1, shape (n,), seconds.
-        s1: S1, free of spikes, shape (n,).
-        found: What the sensors are like.
-    """
-    slowest = max(4.0 * found.s2_interval, 4.0 * found.lag.total, 1.0)
-    layers = [s1]
-    time_constant = found.s1_interval
-    while time_constant < slowest:
-        layers.append(smoothed(s1_s, s1, time_constant))
-        time_constant *= 2.0
-    bands = [fast - slow for fast, slow in itertools.pairwise(layers)]
-    if not bands:
-        return s1
-    gains = _wiener_gains(np.array([np.mean(np.square(each)) for each in bands]), found.s1_noise)
-    clean = layers[-1].copy()
-    for gain, band in zip(gains, bands, strict=True):
-        clean += gain * band
-    return clean
-
-
-def _wiener_gains(powers: Reals, noise: float) -> Reals:
-    """Return the share of signal in each band, from the fastest.
-
-    A signal's power in octave bands falls towards fast ones; where S1's rises again it is noise,
-    white there. Where it never rises, the noise is what second differences tell.
-    """
-    octave = np.arange(powers.size)
-    quietest = int(np.argmin(powers))
-    if quietest == 0:
-        noise_powers = noise**2 * 2.0**-octave
-    else:
-        noise_powers = 0.5 * powers[quietest] * 2.0 ** (quietest - octave)
-    gains = np.clip(1.0 - noise_powers / np.maximum(powers, _TINY), 0.0, 1.0)
-    signal_powers = 0.5 * powers[quietest] * 4.0 ** (octave[:quietest] - quietest)
-    gains[:quietest] = np.clip(signal_powers / np.maximum(powers[:quietest], _TINY), 0.0, 1.0)
-    monotonic: Reals = np.minimum.accumulate(gains[::-1])[::-1]
-    return monotonic
 
 
 def _best_smoothing(s2_s: Reals, error: Reals, found: Characteristics) -> _Smoothing:

@@ -7,7 +7,7 @@ import pytest
 from tuning.recordings import Sensors, made
 
 from fuzzy_fusion_ros.tuning import TuneError, characterise
-from fuzzy_fusion_ros.tuning.characterise import without_spikes
+from fuzzy_fusion_ros.tuning.cleaning import without_spikes
 from fuzzy_fusion_ros.tuning.report import described
 
 
