@@ -25,27 +25,24 @@ from fuzzy_fusion_ros.core.parameters import (
 LONGEST_INTERVAL = 3
 """S2 that comes later than after so many intervals has had a gap."""
 
-REMEMBERED = 9
-"""Samples that one which looks like a spike is compared with; so many are rejected at most."""
-
-AGREEING = 5
-"""Where so many of these are near it S1 has moved: a spike is shorter."""
+LONGEST_SPIKE = 9
+"""So many samples in a row are rejected as spikes at most; then S1 has moved."""
 
 
 class Smooth(NamedTuple):
     """S1 behind spike rejection and low-pass.
 
     Attributes:
-        recent: The last samples as they came, newest first, unit of the signal.
-        accepted: The last sample that was no spike.
-        rejected: Samples rejected in a row.
+        level: Where S1 is, roughly: the mean of what it was and of each sample near it.
+        trust: How many spikes in a row that outlives, up to ``LONGEST_SPIKE``.
+        is_spike: Whether the last sample was one.
         value: Output of the low-pass, unit of the signal.
         slope: Its slope, unit of the signal per second; 0 without a trend.
     """
 
-    recent: tuple[float, float, float, float, float, float, float, float, float]
-    accepted: float
-    rejected: int
+    level: float
+    trust: int
+    is_spike: bool
     value: float
     slope: float
 
@@ -142,7 +139,7 @@ def condition(
     continues = kept.samples > 0 and dt <= s1_parameters.timeout
     if continues:
         smooth = low_pass(s1_parameters, kept.smooth, s1, dt)
-        passed = smooth.value if smooth.rejected > 0 else s1
+        passed = smooth.value if smooth.is_spike else s1
         lagged = kept.lagged + lag_gain(dt, s2_parameters.lag_time_constant) * (
             passed - kept.lagged
         )
@@ -183,42 +180,28 @@ def passed_through(kept: Conditioned, stamp_ns: int, s1: float) -> Conditioned:
 
 def begun(s1: float) -> Smooth:
     """Return S1 behind the steps at its first sample, which is taken whatever it is."""
-    recent = (s1, s1, s1, s1, s1, s1, s1, s1, s1)
-    return Smooth(recent=recent, accepted=s1, rejected=0, value=s1, slope=0.0)
+    return Smooth(level=s1, trust=1, is_spike=False, value=s1, slope=0.0)
 
 
 def low_pass(parameters: FastSensorParameters, kept: Smooth, s1: float, dt: float) -> Smooth:
     """Low-pass a sample that is no spike; with a trend, a ramp passes without lag.
 
     ``x += slope dt; g = 1 - exp(-dt / T_lp); x += g e; slope += g (1 - exp(-dt / T_trend)) e / dt``
-    with ``e`` the sample less the prediction. A spike says nothing: ``e = 0``.
+    with ``e`` the sample less the prediction. A spike says nothing: ``e = 0``. It is further than
+    ``spike_threshold`` from where S1 is, as long as that is trusted.
     """
-    recent = (s1, *kept.recent[:-1])
     ahead = kept.value + kept.slope * dt
-    if is_spike(parameters.spike_threshold, kept, s1):
-        return Smooth(recent, kept.accepted, kept.rejected + 1, ahead, kept.slope)
+    is_far = abs(s1 - kept.level) > parameters.spike_threshold > 0.0
+    if is_far and kept.trust > 0:
+        return Smooth(kept.level, kept.trust - 1, True, ahead, kept.slope)
     gain = lag_gain(dt, parameters.lowpass_time_constant)
     error = s1 - ahead
     slope = 0.0
     if parameters.trend_time_constant > 0.0:
         slope = kept.slope + gain * lag_gain(dt, parameters.trend_time_constant) * error / dt
-    return Smooth(recent, s1, 0, ahead + gain * error, slope)
-
-
-def is_spike(threshold: float, kept: Smooth, s1: float) -> bool:
-    """Return whether a sample is further than ``threshold`` from where S1 is.
-
-    S1 is where its last sample that was no spike is, and where most of the recent ones are: so
-    no spike that was mistaken for the signal keeps the signal out. After ``REMEMBERED`` rejected
-    in a row the next is accepted wherever it is.
-    """
-    if threshold <= 0.0 or abs(s1 - kept.accepted) <= threshold or kept.rejected >= REMEMBERED:
-        return False
-    near = 0
-    for each in kept.recent:
-        if abs(s1 - each) <= threshold:
-            near += 1
-    return near < AGREEING
+    level = s1 if is_far else 0.5 * (kept.level + s1)
+    trust = 0 if is_far else min(kept.trust + 1, LONGEST_SPIKE)
+    return Smooth(level, trust, False, ahead + gain * error, slope)
 
 
 def learn_bias(

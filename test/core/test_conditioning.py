@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 
 from fuzzy_fusion_ros.core.aggregator import SlowSensor, no_slow_sensor
 from fuzzy_fusion_ros.core.conditioning import (
-    AGREEING,
+    LONGEST_SPIKE,
     NO_BIAS,
-    REMEMBERED,
     Bias,
     Conditioned,
     bias_at,
@@ -81,23 +80,21 @@ def test_samples_are_counted_with_their_stamps() -> None:
 @pytest.mark.parametrize(
     ("s1", "passed"),
     [
-        ([0.0, 9.0, 0.1], [0.0, 0.0, 0.1]),
-        ([0.0, -9.0, 0.1], [0.0, 0.0, 0.1]),
-        ([0.0, 0.5, 1.0], [0.0, 0.5, 1.0]),  # a step as large as the threshold is none
-        ([9.0, 0.0, 9.1], [9.0, 9.0, 9.1]),  # the first is taken whatever it is
-        ([0.0, 9.0, -9.0, 0.2], [0.0, 0.0, 0.0, 0.2]),
+        ([0.0, 9.0, 0.25], [0.0, 0.0, 0.25]),
+        ([0.0, -9.0, 0.25], [0.0, 0.0, 0.25]),
+        ([0.0, 0.5, 0.75], [0.0, 0.5, 0.75]),  # as far as the threshold is none
+        ([9.0, 0.0, 9.25], [9.0, 9.0, 9.25]),  # the first is taken whatever it is,
+        ([9.0, 0.0, 0.0], [9.0, 9.0, 0.0]),  # and soon given up
+        ([0.0, 0.0, 9.0, -9.0, 0.25], [0.0, 0.0, 0.0, 0.0, 0.25]),
         ([0.0, 9.0, 0.0, 9.0, 0.0, 9.0, 0.0], [0.0] * 7),
-        ([0.0] + [9.0] * AGREEING, [0.0] * (AGREEING + 1)),
-        ([0.0] + [9.0] * (AGREEING + 2), [0.0] * (AGREEING + 1) + [9.0, 9.0]),  # a jump
-        ([9.0] + [0.0] * (AGREEING + 1), [9.0] * (AGREEING + 1) + [0.0]),  # a spike at first
+        ([0.0] * 20 + [9.0] * LONGEST_SPIKE + [0.0], [0.0] * (LONGEST_SPIKE + 21)),
+        ([0.0] * 20 + [9.0] * (LONGEST_SPIKE + 2), [0.0] * (LONGEST_SPIKE + 20) + [9.0] * 2),
+        ([0.0] * 5 + [9.0] * 6 + [0.0] * 2, [0.0] * 10 + [9.0, 0.0, 0.0]),  # taken for a moment
         (
-            [0.0] * 9 + [0.375, -0.25, 0.0],
-            [0.0] * 9 + [0.375, -0.25, 0.0],
-        ),  # a small one locks none out
-        (
-            [10.0 * k for k in range(REMEMBERED + 2)],  # no two agree
-            [0.0] * (REMEMBERED + 1) + [10.0 * (REMEMBERED + 1)],
-        ),
+            [0.0] * 9 + [0.5, -0.25, 0.0],
+            [0.0] * 9 + [0.5, -0.25, 0.0],
+        ),  # a small one
+        ([10.0 * k for k in range(5)], [0.0, 0.0, 20.0, 30.0, 40.0]),  # steeper than that: all
     ],
 )
 def test_a_spike_is_left_out(s1: list[float], passed: list[float]) -> None:
