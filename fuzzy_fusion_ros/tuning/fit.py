@@ -59,19 +59,19 @@ class Setting(NamedTuple):
         starts: Values to start from, by dotted name, shares as shares.
         home: Values to which parameters are drawn that make no difference.
         pull: How much a unit of squared distance from home costs, as a share of the misfit.
-        evaluations: For each start, and for each finalist.
+        evaluations: For each start, for each finalist, and for a fit to a part of the recording.
     """
 
     space: Space
     starts: Sequence[Mapping[str, float]]
     home: Mapping[str, float]
     pull: float
-    evaluations: tuple[int, int]
+    evaluations: tuple[int, int, int]
 
     @property
     def planned(self) -> int:
         """Evaluations that a fit takes at most."""
-        first, second = self.evaluations
+        first, second, _ = self.evaluations
         return len(self.starts) * first + min(FINALISTS, len(self.starts)) * second
 
 

@@ -21,9 +21,6 @@ from fuzzy_fusion_ros.tuning.settings import Rung, rungs_for
 BLOCKS = 4
 """Parts of the recording, each of which is left out of a fit once."""
 
-REFIT = 300
-"""Evaluations of each such fit."""
-
 CLOSE_TO_BEST = 1.03
 """A preferred setting may be this much worse on unseen blocks and still wins."""
 
@@ -53,7 +50,7 @@ class Step(NamedTuple):
 def planned(found: Characteristics) -> int:
     """Return how many evaluations climbing takes at most."""
     settings = [each.setting for each in rungs_for(found)]
-    return sum(each.planned + BLOCKS * _refit(each) for each in settings)
+    return sum(each.planned + BLOCKS * each.evaluations[2] for each in settings)
 
 
 def climb(problem: Problem, found: Characteristics, pool: Pool, seed: int) -> list[Step]:
@@ -73,7 +70,7 @@ def climb(problem: Problem, found: Characteristics, pool: Pool, seed: int) -> li
             cost_of(problem, rung.setting, problem.counted & ~block),
             fit.point,
             _REFIT_SPREAD,
-            _refit(rung.setting),
+            rung.setting.evaluations[2],
             (seed, 1, number, k),
         )
         for number, (rung, fit) in enumerate(zip(rungs, best, strict=True))
@@ -119,7 +116,3 @@ def _judged(
 
 def _at(problem: Problem, setting: Setting, point: Reals) -> Parameters:
     return replace(problem.base, setting.space.values(point))
-
-
-def _refit(setting: Setting) -> int:
-    return REFIT if setting.space.axes else 1

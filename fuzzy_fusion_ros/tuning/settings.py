@@ -21,9 +21,16 @@ from fuzzy_fusion_ros.tuning.space import (
 )
 
 EVALUATIONS = MappingProxyType(
-    {"aggregator": (160, 500), "conditioned": (160, 400), "full": (360, 1200)}
+    {"aggregator": (160, 500, 300), "conditioned": (160, 400, 300), "full": (360, 1200, 300)}
 )
-"""How often the optimiser may run each setting: from each start, and from each finalist."""
+"""How often the optimiser may run each setting: from each start, from each finalist, and in each
+fit to a part of the recording."""
+
+LONG = 40_000
+"""With more samples of S1 evaluations are fewer in proportion, so that time grows no further."""
+
+FEWEST = 0.25
+"""But never fewer than this share of them."""
 
 LOST_AFTER = 3.0
 """S2 counts as lost after so many of its intervals without a sample."""
@@ -58,13 +65,13 @@ def rungs_for(found: Characteristics) -> list[Rung]:
 
 def _alone(weight: float, timeout: float) -> Setting:
     space = Space((), {**_weights(*[weight] * 4), **_OFF, "s2.timeout": timeout})
-    return Setting(space, ({},), {}, 0.0, (1, 1))
+    return Setting(space, ({},), {}, 0.0, (1, 1, 1))
 
 
 def _aggregator(found: Characteristics, lost: float) -> Setting:
     space = Space(aggregator_axes(found), {**_OFF, "s2.timeout": lost})
     starts = (_weights(0.9, 0.9, 0.98, 0.98), _weights(0.02, 0.05, 0.3, 0.7))
-    return Setting(space, starts, _EASY, 0.01, EVALUATIONS["aggregator"])
+    return Setting(space, starts, _EASY, 0.01, _evaluations("aggregator", found))
 
 
 def _conditioned(found: Characteristics, lost: float) -> Setting:
@@ -87,7 +94,7 @@ def _conditioned(found: Characteristics, lost: float) -> Setting:
         },
     ]
     return Setting(
-        space, starts, {"s1.lowpass_time_constant": 0.0}, 0.01, EVALUATIONS["conditioned"]
+        space, starts, {"s1.lowpass_time_constant": 0.0}, 0.01, _evaluations("conditioned", found)
     )
 
 
@@ -103,7 +110,7 @@ def _full(found: Characteristics, lost: float) -> Setting:
         "s1.lowpass_time_constant": 0.0,
         "s1.bias_moving_share": 0.1,
     }
-    return Setting(space, _full_starts(found), home, 0.04, EVALUATIONS["full"])
+    return Setting(space, _full_starts(found), home, 0.04, _evaluations("full", found))
 
 
 def _full_starts(found: Characteristics) -> list[dict[str, float]]:
@@ -141,6 +148,13 @@ def _full_starts(found: Characteristics) -> list[dict[str, float]]:
             drift: 10.0,
         },
     ]
+
+
+def _evaluations(name: str, found: Characteristics) -> tuple[int, int, int]:
+    samples = found.span / found.s1_interval
+    share = max(FEWEST, min(1.0, LONG / samples))
+    start, finalist, part = EVALUATIONS[name]
+    return round(share * start), round(share * finalist), round(share * part)
 
 
 def _weights(*levels: float) -> dict[str, float]:
