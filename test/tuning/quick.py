@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from fuzzy_fusion_ros.tuning import baselines, ladder, settings
+from fuzzy_fusion_ros.tuning import baselines, settings
 
 
 def be_quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the optimiser try little."""
-    monkeypatch.setattr(settings, "EVALUATIONS", dict.fromkeys(settings.EVALUATIONS, (40, 60)))
-    monkeypatch.setattr(ladder, "REFIT", 40)
+    monkeypatch.setattr(settings, "EVALUATIONS", dict.fromkeys(settings.EVALUATIONS, (40, 60, 40)))
     monkeypatch.setattr(baselines, "EVALUATIONS", {0: 1, 1: 40, 2: 40, 3: 40})
