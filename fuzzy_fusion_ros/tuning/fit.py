@@ -51,6 +51,20 @@ class Problem(NamedTuple):
         return root_mean_square(outputs(parameters, self.series).value[where] - self.target[where])
 
 
+class Evaluations(NamedTuple):
+    """How often the optimiser may ask for the misfit.
+
+    Attributes:
+        start: From each start.
+        finalist: From each of the best of these.
+        part: In each fit to a part of the recording.
+    """
+
+    start: int
+    finalist: int
+    part: int
+
+
 class Setting(NamedTuple):
     """A structure to fit: what may move, from where, and where to when in doubt.
 
@@ -59,20 +73,20 @@ class Setting(NamedTuple):
         starts: Values to start from, by dotted name, shares as shares.
         home: Values to which parameters are drawn that make no difference.
         pull: How much a unit of squared distance from home costs, as a share of the misfit.
-        evaluations: For each start, for each finalist, and for a fit to a part of the recording.
+        evaluations: What a fit of it may take.
     """
 
     space: Space
     starts: Sequence[Mapping[str, float]]
     home: Mapping[str, float]
     pull: float
-    evaluations: tuple[int, int, int]
+    evaluations: Evaluations
 
     @property
     def planned(self) -> int:
         """Evaluations that a fit takes at most."""
-        first, second, _ = self.evaluations
-        return len(self.starts) * first + min(FINALISTS, len(self.starts)) * second
+        starts, finalists = len(self.starts), min(FINALISTS, len(self.starts))
+        return starts * self.evaluations.start + finalists * self.evaluations.finalist
 
 
 def cost_of(
@@ -112,7 +126,7 @@ def fits(
             costs[k],
             np.clip(setting.space.point(start), 0.02, 0.98),
             _START_SPREAD,
-            setting.evaluations[0],
+            setting.evaluations.start,
             (*seed, 0, k, number),
         )
         for k, setting in enumerate(settings)
@@ -121,7 +135,9 @@ def fits(
     answers = iter(pool.run(first))
     begun = [[next(answers) for _ in setting.starts] for setting in settings]
     second = [
-        Search(costs[k], each.point, _FINAL_SPREAD, setting.evaluations[1], (*seed, 1, k, number))
+        Search(
+            costs[k], each.point, _FINAL_SPREAD, setting.evaluations.finalist, (*seed, 1, k, number)
+        )
         for k, setting in enumerate(settings)
         for number, each in enumerate(sorted(begun[k], key=_cost)[:FINALISTS])
     ]

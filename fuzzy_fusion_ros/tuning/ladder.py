@@ -50,7 +50,7 @@ class Step(NamedTuple):
 def planned(found: Characteristics) -> int:
     """Return how many evaluations climbing takes at most."""
     settings = [each.setting for each in rungs_for(found)]
-    return sum(each.planned + BLOCKS * each.evaluations[2] for each in settings)
+    return sum(each.planned + BLOCKS * each.evaluations.part for each in settings)
 
 
 def climb(problem: Problem, found: Characteristics, pool: Pool, seed: int) -> list[Step]:
@@ -70,7 +70,7 @@ def climb(problem: Problem, found: Characteristics, pool: Pool, seed: int) -> li
             cost_of(problem, rung.setting, problem.counted & ~block),
             fit.point,
             _REFIT_SPREAD,
-            rung.setting.evaluations[2],
+            rung.setting.evaluations.part,
             (seed, 1, number, k),
         )
         for number, (rung, fit) in enumerate(zip(rungs, best, strict=True))

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from fuzzy_fusion_ros.tuning.characterise import Characteristics
-from fuzzy_fusion_ros.tuning.fit import Setting
+from fuzzy_fusion_ros.tuning.fit import Evaluations, Setting
 from fuzzy_fusion_ros.tuning.space import (
     NEVER,
     WEIGHTS,
@@ -21,16 +21,19 @@ from fuzzy_fusion_ros.tuning.space import (
 )
 
 EVALUATIONS = MappingProxyType(
-    {"aggregator": (160, 500, 300), "conditioned": (160, 400, 300), "full": (360, 1200, 300)}
+    {
+        "aggregator": Evaluations(160, 500, 300),
+        "conditioned": Evaluations(160, 400, 300),
+        "full": Evaluations(360, 1200, 300),
+    }
 )
-"""How often the optimiser may run each setting: from each start, from each finalist, and in each
-fit to a part of the recording."""
+"""What a fit of each setting may take, up to ``LONG`` samples of S1."""
 
 LONG = 40_000
-"""With more samples of S1 evaluations are fewer in proportion, so that time grows no further."""
+"""With more samples evaluations are fewer in proportion, so that a fit takes no longer."""
 
 FEWEST = 0.25
-"""But never fewer than this share of them."""
+"""But not fewer than this share of them, however long a recording is."""
 
 LOST_AFTER = 3.0
 """S2 counts as lost after so many of its intervals without a sample."""
@@ -65,7 +68,7 @@ def rungs_for(found: Characteristics) -> list[Rung]:
 
 def _alone(weight: float, timeout: float) -> Setting:
     space = Space((), {**_weights(*[weight] * 4), **_OFF, "s2.timeout": timeout})
-    return Setting(space, ({},), {}, 0.0, (1, 1, 1))
+    return Setting(space, ({},), {}, 0.0, Evaluations(1, 1, 1))
 
 
 def _aggregator(found: Characteristics, lost: float) -> Setting:
@@ -150,11 +153,10 @@ def _full_starts(found: Characteristics) -> list[dict[str, float]]:
     ]
 
 
-def _evaluations(name: str, found: Characteristics) -> tuple[int, int, int]:
+def _evaluations(name: str, found: Characteristics) -> Evaluations:
     samples = found.span / found.s1_interval
     share = max(FEWEST, min(1.0, LONG / samples))
-    start, finalist, part = EVALUATIONS[name]
-    return round(share * start), round(share * finalist), round(share * part)
+    return Evaluations(*(round(share * each) for each in EVALUATIONS[name]))
 
 
 def _weights(*levels: float) -> dict[str, float]:

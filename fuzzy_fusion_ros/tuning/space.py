@@ -14,7 +14,6 @@ from fuzzy_fusion_ros.tuning.characterise import TINY, Characteristics
 NEVER = 1e9
 """Beyond every axis: a step whose time constant is at the upper end does next to nothing."""
 
-
 SLOPE_OVER_BIAS = 2.0
 """A slope's time constant is at least twice its bias's, as a steady Kalman filter has it of a bias
 whose slope walks at random; below, the bias swings about what it is to follow."""

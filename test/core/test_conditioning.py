@@ -90,10 +90,7 @@ def test_samples_are_counted_with_their_stamps() -> None:
         ([0.0] * 20 + [9.0] * LONGEST_SPIKE + [0.0], [0.0] * (LONGEST_SPIKE + 21)),
         ([0.0] * 20 + [9.0] * (LONGEST_SPIKE + 2), [0.0] * (LONGEST_SPIKE + 20) + [9.0] * 2),
         ([0.0] * 5 + [9.0] * 6 + [0.0] * 2, [0.0] * 10 + [9.0, 0.0, 0.0]),  # taken for a moment
-        (
-            [0.0] * 9 + [0.5, -0.25, 0.0],
-            [0.0] * 9 + [0.5, -0.25, 0.0],
-        ),  # a small one
+        ([0.0] * 9 + [0.5, -0.25], [0.0] * 9 + [0.5, -0.25]),  # a small one locks none out
         ([10.0 * k for k in range(5)], [0.0, 0.0, 20.0, 30.0, 40.0]),  # steeper than that: all
     ],
 )

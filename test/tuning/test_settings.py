@@ -8,6 +8,7 @@ from tuning.recordings import Sensors, made
 
 from fuzzy_fusion_ros.tuning import characterise
 from fuzzy_fusion_ros.tuning.characterise import Characteristics
+from fuzzy_fusion_ros.tuning.fit import Evaluations
 from fuzzy_fusion_ros.tuning.settings import FEWEST, LONG, rungs_for
 from fuzzy_fusion_ros.tuning.space import SLOPE_OVER_BIAS
 
@@ -18,13 +19,13 @@ def found() -> Characteristics:
     return characterise(made(Sensors()).series)
 
 
-def full_evaluations(found: Characteristics, samples: float) -> tuple[int, int, int]:
+def full_evaluations(found: Characteristics, samples: float) -> Evaluations:
     """Return the evaluations of the largest setting for a recording of so many samples."""
     long = found._replace(span=samples * found.s1_interval)
     return {each.name: each for each in rungs_for(long)}["full"].setting.evaluations
 
 
-def test_time_grows_no_further_from_some_length_on(found: Characteristics) -> None:
+def test_a_long_recording_is_run_less_often(found: Characteristics) -> None:
     whole = full_evaluations(found, LONG)
     assert full_evaluations(found, 100) == whole
     assert full_evaluations(found, 2 * LONG) == tuple(round(each / 2) for each in whole)
