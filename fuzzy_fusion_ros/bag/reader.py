@@ -19,6 +19,7 @@ from fuzzy_fusion_ros.bag.problems import Problems
 from fuzzy_fusion_ros.bag.storage import Storage, find_files, is_compressed, open_file
 from fuzzy_fusion_ros.bag.topic import BagMessage, Topic
 from fuzzy_fusion_ros.bag.typestore import BagTypes
+from fuzzy_fusion_ros.core.clock import seconds_between
 from fuzzy_fusion_ros.core.errors import BagError
 
 _FOREVER_NS = 2**63 - 1
@@ -117,6 +118,23 @@ class BagReader:
             raise BagError(
                 f"bag {str(self.path)!r} has no topic {', '.join(map(repr, missing))}; "
                 f"it has {there or 'no topics at all'}"
+            )
+
+    def require_messages_from(self, start_s: float | None) -> None:
+        """Make sure that a span does not begin behind the last message.
+
+        Args:
+            start_s: Where it begins, s from the bag's first message; None for there.
+
+        Raises:
+            BagError: It does; the error says where the last message is.
+        """
+        if start_s is None or self.start_ns is None or self.end_ns is None:
+            return
+        if self._limit_ns(start_s, 0) > self.end_ns:
+            raise BagError(
+                f"bag {str(self.path)!r} has no message from {start_s:g} s on: "
+                f"its last is at {seconds_between(self.start_ns, self.end_ns):.3f} s"
             )
 
     def messages(

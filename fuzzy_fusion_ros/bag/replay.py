@@ -73,10 +73,12 @@ def replay(
         through: Passes the messages on.
 
     Raises:
-        BagError: S1 or S2 is not in the bag, or the new bag cannot be written.
+        BagError: S1 or S2 is not in the bag, nothing is in the span, or the new bag cannot be
+            written.
         MessageError: A field is not in its type.
     """
     bag.require_topics(topics.s1, topics.s2)
+    bag.require_messages_from(start_s)
     if topics.estimate in {topics.s1, topics.s2}:
         raise BagError(f"topic {topics.estimate} cannot be both a sensor and the estimate")
     station = _Station(bag, topics, parameters)

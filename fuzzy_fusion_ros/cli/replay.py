@@ -58,6 +58,7 @@ def _play(given: argparse.Namespace) -> int:
     start_s, end_s = options.window_of(given)
     with open_bag(given.bag) as bag:
         bag.require_topics(topics.s1, topics.s2)
+        bag.require_messages_from(start_s)
         prefix = explanation_prefix(topics.estimate)
         kept = [
             each

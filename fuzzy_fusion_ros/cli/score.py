@@ -1,8 +1,9 @@
 """Scores the estimate in a bag, S1, S2 and every baseline against the truth.
 
 Truth is joined by header stamp, linearly between its samples, never beyond them; all estimators
-are scored at the same stamps. The baselines have the parameters that tune wrote beside ours into
-the file of --params; else they are fitted here, by the same optimiser, to the very span that is
+are scored at the same stamps. The estimate is the bag's own; for a bag without one the fusion
+runs here, with --params. The baselines have the parameters that tune wrote beside ours into the
+file of --params; else they are fitted here, by the same optimiser, to the very span that is
 scored, so that they look better than they would on any other.
 """
 

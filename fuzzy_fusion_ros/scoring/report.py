@@ -21,10 +21,11 @@ def report(scores: Sequence[Score]) -> str:
 def summary(score: Score) -> str:
     """Return what was scored in a line."""
     begin, end = score.span_s
-    ran = "; the bag has no estimate, so the fusion ran here" if score.recomputed else ""
+    ran = "the bag has no estimate, so the fusion ran here"
+    origin = ran if score.recomputed else "the estimate is the bag's own"
     return (
         f"{score.name}: matched {score.matched} of {score.of} estimates, "
-        f"{begin:.2f} s to {end:.2f} s{ran}; baselines: {score.baselines}"
+        f"{begin:.2f} s to {end:.2f} s; {origin}; baselines: {score.baselines}"
     )
 
 

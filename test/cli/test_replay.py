@@ -76,6 +76,8 @@ def test_restarts_and_losses_are_told(tmp_path: Path, capsys: pytest.CaptureFixt
         (["BAG", "--live", "--rate", "0"], "--rate: got '0'"),
         (["BAG", "--live", "--output", "x"], "--live writes nothing"),
         (["BAG", "--start", "3", "--end", "1"], "nothing is left"),
+        (["BAG", "--start", "9"], "has no message from 9 s on: its last is at 4.990 s"),
+        (["BAG", "--start", "9", "--live"], "has no message from 9 s on"),
     ],
 )
 def test_what_cannot_be_used_is_one_line_and_status_2(

@@ -237,7 +237,7 @@ def test_an_unknown_unit_is_left_open(bag: Path) -> None:
 def test_the_summary_says_what_matched(bag: Path) -> None:
     score = scored(bag)._replace(name="bag")
     assert summary(score) == (
-        "bag: matched 500 of 500 estimates, 0.00 s to 4.99 s; "
+        "bag: matched 500 of 500 estimates, 0.00 s to 4.99 s; the estimate is the bag's own; "
         "baselines: as the recording suggests them, not fitted"
     )
     assert summary(score._replace(baselines=FITTED)).endswith("which flatters them")
