@@ -6,7 +6,7 @@ import argparse
 import sys
 from collections.abc import Callable
 
-from bench import estimator, lockstep, machine, programs, replaying, startup, transport
+from bench import estimator, lockstep, machine, memory, programs, replaying, startup, transport
 from bench.effort import FULL, TINY, Effort
 from bench.table import Row, line, markdown
 
@@ -16,6 +16,7 @@ BENCHMARKS: dict[str, Callable[[Effort], list[Row]]] = {
     "lockstep": lockstep.rows,
     "start-up": startup.rows,
     "replay": replaying.rows,
+    "memory": memory.rows,
     "programs": programs.rows,
 }
 

@@ -1,9 +1,8 @@
-"""Offline replay against rosbags' own loop that reads and decodes; and memory over length."""
+"""Offline replay against rosbags' own loop that reads and decodes."""
 
 from __future__ import annotations
 
 import shutil
-import subprocess
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,11 +10,10 @@ from pathlib import Path
 from rosbags.highlevel import AnyReader
 
 from bench.big_bag import RECORDING, SENSORS, write_bag
-from bench.child import environment, module
 from bench.effort import Effort
 from bench.estimator import COMPLETE, FA
 from bench.measuring import compared, cpu_seconds, interleaved
-from bench.table import Row, at_least, at_most
+from bench.table import Row, at_least
 from fuzzy_fusion_ros.bag import open_bag
 from fuzzy_fusion_ros.bag.replay import replay
 from fuzzy_fusion_ros.bag.roles import Topics
@@ -24,13 +22,6 @@ from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.messages import ScalarCodec
 from fuzzy_fusion_ros.messages.outputs import POINT
 
-LIMIT_MB = 200.0
-LONGEST = 10_000_000
-"""Messages for which the memory limit is meant."""
-
-ENOUGH = 100_000
-"""Messages from which on growth of memory stands out from its noise."""
-
 BAGS = {
     "pendulum's five topics": RECORDING,
     "s1 and s2 alone": SENSORS,
@@ -38,17 +29,15 @@ BAGS = {
 
 
 def rows(effort: Effort) -> list[Row]:
-    """Measure CPU time, then memory."""
+    """Measure CPU time."""
+    found = []
     with tempfile.TemporaryDirectory() as folder:
-        found = []
         for name, topics in BAGS.items():
-            found += _rate_rows(Path(folder), name, topics, effort)
-        return found + _memory_rows(Path(folder), effort)
+            found += _rows(Path(folder), name, topics, effort)
+    return found
 
 
-def _rate_rows(
-    folder: Path, name: str, topics: Sequence[tuple[str, str]], effort: Effort
-) -> list[Row]:
+def _rows(folder: Path, name: str, topics: Sequence[tuple[str, str]], effort: Effort) -> list[Row]:
     n = effort.messages
     path = folder / "bag"
     write_bag(path, n, topics)
@@ -114,45 +103,3 @@ def fuse(path: Path) -> None:
             if message.topic in take:
                 sample = codec.sample(message.data, message.log_ns)
                 take[message.topic](sample, message.log_ns)
-
-
-def _memory_rows(folder: Path, effort: Effort) -> list[Row]:
-    sizes = [effort.messages // 4, effort.messages // 2, effort.messages]
-    peaks = []
-    for size in sizes:
-        path, output = folder / "bag", folder / "out"
-        write_bag(path, size, RECORDING)
-        done = subprocess.run(
-            module("replay_once", str(path), str(output)),
-            env=environment({}),
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        peaks.append(int(done.stdout) / 1024.0)
-        shutil.rmtree(path)
-        shutil.rmtree(output)
-    slope = (peaks[-1] - peaks[0]) / (sizes[-1] - sizes[0])
-    measured = [
-        Row(
-            f"replay's peak memory, {size:,} messages",
-            f"{peak:.0f} MB",
-            "",
-            peak,
-            at_most(LIMIT_MB, "MB"),
-        )
-        for size, peak in zip(sizes, peaks, strict=True)
-    ]
-    if sizes[-1] < ENOUGH:
-        return measured
-    projected = peaks[-1] + slope * (LONGEST - sizes[-1])
-    return [
-        *measured,
-        Row(
-            f"replay's peak memory, carried on to {LONGEST:,} messages",
-            f"{projected:.0f} MB",
-            f"{slope * 1e6:.1f} MB more per million",
-            projected,
-            at_most(LIMIT_MB, "MB"),
-        ),
-    ]
