@@ -145,6 +145,7 @@ def _index_from_records(data: bytes, limit: int) -> McapIndex:
     """Return the index in the records of a summary that begins at byte ``limit``."""
     index = McapIndex()
     statistics = None
+    alike: dict[frozenset[int], frozenset[int]] = {}  # chunks by the thousand hold the same topics
     run = split_run(data, 0)
     if not run.is_whole:
         raise SummaryError("its summary is damaged")
@@ -156,7 +157,8 @@ def _index_from_records(data: bytes, limit: int) -> McapIndex:
             elif isinstance(record, Channel):
                 index.channels[record.id] = record
             elif isinstance(record, ChunkIndex):
-                index.segments.append(_segment(record, limit))
+                channels = frozenset(record.message_index_offsets)
+                index.segments.append(_segment(record, limit, alike.setdefault(channels, channels)))
             elif isinstance(record, Statistics):
                 statistics = record
     except DAMAGE as error:
@@ -165,7 +167,7 @@ def _index_from_records(data: bytes, limit: int) -> McapIndex:
     return index
 
 
-def _segment(chunk: ChunkIndex, limit: int) -> Segment:
+def _segment(chunk: ChunkIndex, limit: int, channels: frozenset[int]) -> Segment:
     start, length = chunk.chunk_start_offset, chunk.chunk_length
     if start + length > limit:
         raise ValueError("a chunk is said to lie outside")
@@ -174,7 +176,7 @@ def _segment(chunk: ChunkIndex, limit: int) -> Segment:
         start,
         length,
         chunk.message_end_time,
-        frozenset(chunk.message_index_offsets) or None,
+        channels or None,
         is_chunk=True,
     )
 

@@ -72,7 +72,7 @@ class McapWriter:
         self._file = path.open("xb", buffering=0)
         self._compressor = zstandard.ZstdCompressor()
         self._descriptions: list[Schema | Channel] = []
-        self._chunk_indexes: list[ChunkIndex] = []
+        self._chunk_indexes: list[bytes] = []
         self._pending_bytes = 0
         self._progress = _Progress()
         opening = MCAP0_MAGIC + encode([Header("ros2", "fuzzy_fusion_ros")])
@@ -144,7 +144,7 @@ class McapWriter:
         data = b"".join([record, *indexes.values()])
         self._put(done.end, data)
         del self._chunk_indexes[done.chunks :]
-        self._chunk_indexes.append(_chunk_index(chunk, done.end, len(record), indexes))
+        self._chunk_indexes.append(encode([_chunk_index(chunk, done.end, len(record), indexes)]))
         start_ns = chunk.message_start_time
         self._progress = _Progress(
             end=done.end + len(data),
@@ -194,28 +194,29 @@ class McapWriter:
     def _summary(self, start: int, metadata_index: MetadataIndex) -> bytes:
         """Return the summary section, which begins at ``start``, and the footer."""
         done = self._progress
+        schemas = [each for each in self._descriptions if isinstance(each, Schema)]
+        channels = [each for each in self._descriptions if isinstance(each, Channel)]
         statistics = Statistics(
             attachment_count=0,
-            channel_count=sum(isinstance(each, Channel) for each in self._descriptions),
+            channel_count=len(channels),
             channel_message_counts=dict(sorted(done.counts.items())),
             chunk_count=done.chunks,
             message_count=done.counts.total(),
             message_end_time=done.end_ns,
             message_start_time=done.start_ns or 0,
             metadata_count=1,
-            schema_count=sum(isinstance(each, Schema) for each in self._descriptions),
+            schema_count=len(schemas),
         )
-        groups: list[tuple[Opcode, list[McapRecord]]] = [
-            (Opcode.SCHEMA, [each for each in self._descriptions if isinstance(each, Schema)]),
-            (Opcode.CHANNEL, [each for each in self._descriptions if isinstance(each, Channel)]),
-            (Opcode.STATISTICS, [statistics]),
-            (Opcode.CHUNK_INDEX, [*self._chunk_indexes[: done.chunks]]),
-            (Opcode.METADATA_INDEX, [metadata_index]),
+        groups = [
+            (Opcode.SCHEMA, encode(schemas)),
+            (Opcode.CHANNEL, encode(channels)),
+            (Opcode.STATISTICS, encode([statistics])),
+            (Opcode.CHUNK_INDEX, b"".join(self._chunk_indexes[: done.chunks])),
+            (Opcode.METADATA_INDEX, encode([metadata_index])),
         ]
         body, offsets = b"", list[McapRecord]()
-        for opcode, records in groups:
-            if records:
-                data = encode(records)
+        for opcode, data in groups:
+            if data:
                 offsets.append(SummaryOffset(opcode, start + len(body), len(data)))
                 body += data
         offset_start = start + len(body)
