@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING
 
 from rclpy.duration import Duration
 from rclpy.publisher import Publisher
-from rclpy.serialization import serialize_message
 
 from fuzzy_fusion_ros.core.clock import SECOND_NS
 from fuzzy_fusion_ros.core.sample import Sample
-from fuzzy_fusion_ros.messages import InstalledTypes, ScalarCodec, blank
+from fuzzy_fusion_ros.messages import InstalledTypes, ScalarCodec, blank, load_message_class
 from fuzzy_fusion_ros.messages.outputs import POINT
 from fuzzy_fusion_ros.nodes.qos import ESTIMATE
 
@@ -27,6 +26,7 @@ class Feed:
     Attributes:
         s1: Publishes S1.
         s2: Publishes S2.
+        estimates: All estimates that have come, in order.
     """
 
     def __init__(
@@ -60,16 +60,14 @@ class Feed:
         self._template = self._codec.template(blank(types, type_name))
         self.s1 = harness.publisher(s1, type_name)
         self.s2 = harness.publisher(s2, type_name)
-        self._messages = harness.record(estimate, type_name, ESTIMATE)
+        self.estimates: list[Sample] = []
+        harness.node.create_subscription(
+            load_message_class(type_name), estimate, self._on_estimate, ESTIMATE, raw=True
+        )
         harness.spin_until_matched(self.s1, self.s2)
         harness.spin_until(
             lambda: harness.node.count_publishers(estimate) > 0, f"a publisher of {estimate}"
         )
-
-    @property
-    def estimates(self) -> list[Sample]:
-        """All estimates that have come, in order."""
-        return [self._sample(message) for message in self._messages]
 
     def __call__(self, at: float, s1: float, s2: float | None = None) -> float:
         """Publish S2, if given, and S1, and return the estimate at S1.
@@ -82,13 +80,13 @@ class Feed:
         Raises:
             TimeoutError: No estimate of this stamp comes.
         """
-        seen = len(self._messages)
+        seen = len(self.estimates)
         stamp_ns = self.send(at, s1, s2)
         found: list[float] = []
 
         def has_come() -> bool:
             nonlocal seen
-            new = [self._sample(message) for message in self._messages[seen:]]
+            new = self.estimates[seen:]
             seen += len(new)
             found.extend(sample.value for sample in new if sample.stamp_ns == stamp_ns)
             return bool(found)
@@ -112,5 +110,5 @@ class Feed:
         """Publish any sample at all."""
         publisher.publish(self._template.filled(sample.value, sample.stamp_ns))
 
-    def _sample(self, message: object) -> Sample:
-        return self._codec.sample(serialize_message(message), 0)
+    def _on_estimate(self, data: bytes) -> None:
+        self.estimates.append(self._codec.sample(data, 0))

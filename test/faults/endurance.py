@@ -15,7 +15,7 @@ from nodes.watching import Diagnostics
 from faults.fusing import Watched
 from faults.injector import FAULTS, Fault
 from faults.meeting import meet
-from faults.streams import S1, S2, SECOND_NS, Arrival, Stream, clean_stream
+from faults.streams import S1, S2, Arrival, Stream, clean_stream
 from faults.usage import Watch
 from faults.waiting import as_arguments
 from fuzzy_fusion_ros.core.guard import Drop
@@ -150,7 +150,7 @@ def run_over_dds(seconds: float, rate: float, seed: int) -> Ran:
         node = harness.start("fusion_node", *as_arguments({**PAIRED, "qos": "reliable"}))
         feed = harness.feed()
         meet(harness, feed)
-        feed._messages.clear()
+        feed.estimates.clear()
         watch, diagnostics = Watch(node.pid), Diagnostics(harness)
         samples = round(seconds * rate)
         stream = troubled(samples, random.Random(seed), drops, KEEPS_ITS_TIMELINE)
@@ -159,14 +159,12 @@ def run_over_dds(seconds: float, rate: float, seed: int) -> Ran:
 
         def take() -> None:
             nonlocal received
-            for message in feed._messages:
+            for estimate in feed.estimates:
                 stamp_ns, value, at = due.popleft()
-                stamp = message.header.stamp
-                assert stamp.sec * SECOND_NS + stamp.nanosec == stamp_ns
-                assert message.point.x == value
+                assert estimate == (stamp_ns, value)
                 latencies.append((at - begin, time.monotonic() - at))
                 received += 1
-            feed._messages.clear()
+            feed.estimates.clear()
 
         def may_send() -> bool:
             take()
