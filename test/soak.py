@@ -151,7 +151,8 @@ def overload(scale: float, folder: Path) -> Rows:
     yield (
         f"flood of {flooded.per_second:.0f} samples/s for {60.0 * scale:g} s: {flooded.received} "
         f"taken, {flooded.lost} counted as lost, 0 unaccounted for; memory +{flooded.growth:.1f} "
-        "MiB; the newest sample came out, recovery at once"
+        f"MiB (second half +{flooded.late_growth:.1f}); the newest sample came out, recovery at "
+        "once"
     )
 
 

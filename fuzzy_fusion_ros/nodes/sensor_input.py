@@ -14,6 +14,7 @@ from fuzzy_fusion_ros.core.guard import Drop, Guard
 from fuzzy_fusion_ros.core.parameters import SensorParameters
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages import InstalledTypes, ScalarCodec, load_message_class
+from fuzzy_fusion_ros.nodes.backlog import Backlog
 from fuzzy_fusion_ros.nodes.losses import Losses, WithNumber
 from fuzzy_fusion_ros.nodes.node_time import NodeTime
 from fuzzy_fusion_ros.nodes.parameters import ConfiguredNode
@@ -43,7 +44,7 @@ class SensorInput:
     Attributes:
         topic: The full name of the topic.
         codec: Reads its messages.
-        received: Messages that have come in.
+        received: Messages that have been taken.
         last_problem: What the last unreadable message lacked; empty if none was.
     """
 
@@ -87,6 +88,7 @@ class SensorInput:
         self._future_tolerance = future_tolerance
         self._warned = False
         self._losses = Losses()
+        self._backlog = Backlog(node, self._on_message)
         events = SubscriptionEventCallbacks(
             incompatible_qos=lambda event: log_unfit_publisher(node, self.topic, profile, event),
             message_lost=self._on_lost,
@@ -95,7 +97,7 @@ class SensorInput:
             self._subscription = node.create_subscription(
                 load_message_class(self.codec.type_name),
                 topic,
-                WithNumber(node.guarded(self._on_message)),
+                WithNumber(node.guarded(self._on_arrival)),
                 profile,
                 event_callbacks=events,
                 qos_overriding_options=OVERRIDABLE,
@@ -106,8 +108,8 @@ class SensorInput:
 
     @property
     def lost(self) -> int:
-        """Messages that were published but never reached us."""
-        return self._losses.count
+        """Messages that were published but never taken."""
+        return self._losses.count + self._backlog.shed
 
     @property
     def age(self) -> float:
@@ -125,9 +127,12 @@ class SensorInput:
     def _on_lost(self, event: Any) -> None:
         self._losses.report(event.total_count)
 
-    def _on_message(self, data: bytes, number: int | None) -> None:
-        self.received += 1
+    def _on_arrival(self, data: bytes, number: int | None) -> None:
         self._losses.see(number, self._subscription.get_publisher_count)
+        self._backlog.take(data)
+
+    def _on_message(self, data: bytes) -> None:
+        self.received += 1
         now_ns = self._time.now_ns()
         try:
             sample = self.codec.sample(data, now_ns)

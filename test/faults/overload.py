@@ -27,6 +27,7 @@ class Flooded(NamedTuple):
         received: Those that the node took.
         lost: Those that it counted as lost.
         growth: Memory of the node, MiB.
+        late_growth: The same, in the second half, MiB.
     """
 
     sent: int
@@ -34,6 +35,7 @@ class Flooded(NamedTuple):
     received: int
     lost: int
     growth: float
+    late_growth: float
 
 
 def flood(seconds: float) -> Flooded:
@@ -79,4 +81,4 @@ def flood(seconds: float) -> Flooded:
 
         harness.spin_until(all_accounted_for, "each sample received or counted as lost")
     assert received + lost == sent + 10
-    return Flooded(sent, sent / took, received, lost, watch.growth)
+    return Flooded(sent, sent / took, received, lost, watch.growth, watch.late_growth)
