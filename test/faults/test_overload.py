@@ -30,5 +30,6 @@ def test_of_what_comes_at_once_the_newest_are_taken_and_the_rest_is_counted() ->
 
 
 def test_a_flood_is_survived_and_over_at_once() -> None:
-    flooded = flood(2.0)
+    flooded = flood(6.0)
     assert flooded.growth < 16.0
+    assert flooded.late_growth < 2.0
