@@ -34,23 +34,23 @@ class Backlog:
         self._pass_on = pass_on
         self._caught_up = node.guarded(self._on_caught_up)
         self._until_asked = EVERY
-        self._asked: float | None = None
+        self._asked_at: float | None = None
         self._held: bytes | None = None
 
     def take(self, data: bytes) -> None:
         """Take a message: pass it on, or hold it while others wait."""
-        if self._asked is not None and time.monotonic() - self._asked > LATE:
+        if self._asked_at is not None and time.monotonic() - self._asked_at > LATE:
             self.shed += self._held is not None
             self._held = data
             return
         self._until_asked -= 1
-        if self._until_asked <= 0 and self._asked is None and self._node.executor is not None:
-            self._asked = time.monotonic()
+        if self._until_asked <= 0 and self._asked_at is None and self._node.executor is not None:
+            self._asked_at = time.monotonic()
             self._node.executor.create_task(self._caught_up)
         self._pass_on(data)
 
     def _on_caught_up(self) -> None:
-        self._asked = None
+        self._asked_at = None
         self._until_asked = EVERY
         held, self._held = self._held, None
         if held is not None:

@@ -8,32 +8,41 @@ from fuzzy_fusion_ros.nodes import backlog as module
 from fuzzy_fusion_ros.nodes.backlog import EVERY, Backlog
 from fuzzy_fusion_ros.testing import Harness
 
+FIRST = [b"%d" % k for k in range(EVERY)]
+"""Messages after which the executor is asked."""
+
+
+@pytest.fixture
+def passed() -> list[bytes]:
+    """What the backlog has passed on."""
+    return []
+
+
+@pytest.fixture
+def backlog(harness: Harness, passed: list[bytes]) -> Backlog:
+    """A backlog in a graph that runs only when a test says so."""
+    return Backlog(harness.fusion_node(), passed.append)
+
 
 def test_all_pass_while_the_answer_is_not_late(
-    harness: Harness, monkeypatch: pytest.MonkeyPatch
+    backlog: Backlog, passed: list[bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(module, "LATE", 1e3)
-    passed: list[bytes] = []
-    backlog = Backlog(harness.fusion_node(), passed.append)
-    sent = [b"%d" % k for k in range(5 * EVERY)]
-    for data in sent:
+    for data in 5 * FIRST:
         backlog.take(data)
-    assert passed == sent
+    assert passed == 5 * FIRST
     assert backlog.shed == 0
 
 
 def test_the_newest_comes_out_once_it_has_caught_up(
-    harness: Harness, monkeypatch: pytest.MonkeyPatch
+    harness: Harness, backlog: Backlog, passed: list[bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(module, "LATE", 0.0)
-    passed: list[bytes] = []
-    backlog = Backlog(harness.fusion_node(), passed.append)
-    first = [b"%d" % k for k in range(EVERY)]
-    for data in [*first, b"older", b"old", b"newest"]:
+    for data in [*FIRST, b"older", b"old", b"newest"]:
         backlog.take(data)
-    assert passed == first
+    assert passed == FIRST
     assert backlog.shed == 2
     harness.spin_until(lambda: passed[-1] == b"newest", "the newest")
     backlog.take(b"next")
-    assert passed == [*first, b"newest", b"next"]
+    assert passed == [*FIRST, b"newest", b"next"]
     assert backlog.shed == 2
