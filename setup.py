@@ -63,6 +63,7 @@ TEST = [
     "mypy==2.4.1",  # pinned: each release finds other things
     "networkx",  # scikit-fuzzy imports it without saying so
     "pytest-timeout",
+    "pytest-xdist",
     "pytest>=8.2",
     "ruff==0.17.6",  # pinned: each release formats a little differently
     "scikit-fuzzy==0.5.0",  # pinned: what benchmarks run against

@@ -21,12 +21,12 @@ import numpy as np
 
 from fuzzy_fusion_ros.bag import BagWriter, QosProfile, jazzy_types, open_bag
 from fuzzy_fusion_ros.baselines import ConstantWeightParameters, constant_weight
-from fuzzy_fusion_ros.core.fusion import Fused, Fusion
-from fuzzy_fusion_ros.core.parameter_tree import replace
-from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.batch.series import Method, fusion
 from fuzzy_fusion_ros.core.sample import Sample
-from fuzzy_fusion_ros.core.series import Method, fusion
 from fuzzy_fusion_ros.messages.outputs import POINT, point_template
+from fuzzy_fusion_ros.online.fusion import Fused, Fusion
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.simulation.closed_loop import Run, simulate
 from fuzzy_fusion_ros.simulation.scenario import START_NS, Scenario
 

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from fuzzy_fusion_ros.baselines import methods
-from fuzzy_fusion_ros.core.lag import lag_gain
-from fuzzy_fusion_ros.core.series import Reals, Series, fusion, run
+from fuzzy_fusion_ros.batch.series import Reals, Series, fusion, run
+from fuzzy_fusion_ros.core.numerics import lag_gain
 from fuzzy_fusion_ros.tuning import characterise, reference_without_truth, tune
 from fuzzy_fusion_ros.tuning.times import held_s2
 

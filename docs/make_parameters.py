@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from fuzzy_fusion_ros.core.parameter_tree import Group, descriptors
-from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import Group, descriptors
 
 PAGE = Path(__file__).with_name("fusion_node.md")
 TABLE = re.compile(r"(<!-- parameters -->\n).*?(<!-- end -->)", re.DOTALL)

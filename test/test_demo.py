@@ -12,10 +12,10 @@ import pytest
 from bag.recorded import messages
 
 from fuzzy_fusion_ros.bag import BagWriter
-from fuzzy_fusion_ros.bag import replay as replaying
 from fuzzy_fusion_ros.cli import demo as demo_module
 from fuzzy_fusion_ros.cli.demo import DemoError, demo, main, real_bag
-from fuzzy_fusion_ros.core.errors import FusionError
+from fuzzy_fusion_ros.offline import replay as replaying
+from fuzzy_fusion_ros.parameters.errors import FusionError
 
 ROOT = Path(__file__).resolve().parents[1]
 

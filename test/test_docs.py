@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from fuzzy_fusion_ros.core.guard import Drop
 from fuzzy_fusion_ros.messages.outputs import EXPLANATION
 from fuzzy_fusion_ros.nodes.modes import Mode
+from fuzzy_fusion_ros.online.guard import Drop
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]

@@ -11,7 +11,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
-from fuzzy_fusion_ros.core import errors
+from fuzzy_fusion_ros.parameters import errors
 
 PACKAGE = "fuzzy_fusion_ros"
 ROOT = Path(__file__).resolve().parents[1]

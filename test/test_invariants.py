@@ -14,15 +14,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fuzzy_fusion_ros.bag import open_bag
-from fuzzy_fusion_ros.bag.replay import differences, replay
-from fuzzy_fusion_ros.bag.roles import Topics
-from fuzzy_fusion_ros.core.fusion import Fused, Fusion
-from fuzzy_fusion_ros.core.parameter_tree import replace
-from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.batch.series import fusion, run
 from fuzzy_fusion_ros.core.sample import Sample
-from fuzzy_fusion_ros.core.series import fusion, run
 from fuzzy_fusion_ros.messages.outputs import EXPLANATION
 from fuzzy_fusion_ros.nodes.pendulum_node import PendulumNode
+from fuzzy_fusion_ros.offline.replay import differences, replay
+from fuzzy_fusion_ros.offline.topics import Topics
+from fuzzy_fusion_ros.online.fusion import Fused, Fusion
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.simulation.closed_loop import simulate
 from fuzzy_fusion_ros.simulation.scenario import Scenario
 from fuzzy_fusion_ros.testing import Harness

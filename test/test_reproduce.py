@@ -12,7 +12,7 @@ import pytest
 
 from fuzzy_fusion_ros.cli import reproduce as cli
 from fuzzy_fusion_ros.cli.reproduce import figures_in, main
-from fuzzy_fusion_ros.paper.findings import Finding
+from fuzzy_fusion_ros.paper.checks import CheckedClaim
 from fuzzy_fusion_ros.paper.methods import METHODS
 from fuzzy_fusion_ros.paper.sweep import SWEEPS, points_of
 from fuzzy_fusion_ros.paper.tables import FIGURES
@@ -91,9 +91,9 @@ def test_claims_have_the_signs_that_the_paper_gives_them(whole: Done) -> None:
 
 
 def test_intervals_hold_their_values(whole: Done) -> None:
-    for finding in whole.document["claims"] + whole.document["targets"]:
-        low, high = finding["interval"]
-        assert low <= finding["value"] <= high
+    for check in whole.document["claims"] + whole.document["targets"]:
+        low, high = check["interval"]
+        assert low <= check["value"] <= high
 
 
 def test_the_status_tells_whether_all_claims_hold(whole: Done) -> None:
@@ -137,24 +137,24 @@ def test_parameters_come_from_a_file(tmp_path: Path) -> None:
 
 @pytest.fixture
 def canned(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
-    """Let nothing be run, and these be the verdicts on two claims and a target."""
+    """Let nothing be run, and these be the checked on two claims and a target."""
 
-    def can(*verdicts: bool, target: bool = True) -> None:
-        claims = [Finding(9, f"claim {v}", "x > 1", v, 2.0, (1.5, 2.5), "") for v in verdicts]
-        targets = [Finding(18, "target", "x ≤ 1", target, 2.0, (1.5, 2.5), "nominal")]
+    def can(*checked: bool, target: bool = True) -> None:
+        claims = [CheckedClaim(9, f"claim {v}", "x > 1", v, 2.0, (1.5, 2.5), "") for v in checked]
+        targets = [CheckedClaim(18, "target", "x ≤ 1", target, 2.0, (1.5, 2.5), "nominal")]
         monkeypatch.setattr(cli, "reproduce", lambda **_: Reproduction([], claims, targets))
 
     return can
 
 
 @pytest.mark.parametrize(
-    ("verdicts", "target", "status"),
+    ("checked", "target", "status"),
     [((True, True), True, 0), ((True, False), True, 1), ((True, True), False, 0), ((), True, 0)],
 )
 def test_a_failed_claim_is_a_status_a_missed_target_is_not(
-    canned: Callable[..., None], verdicts: tuple[bool, ...], target: bool, status: int
+    canned: Callable[..., None], checked: tuple[bool, ...], target: bool, status: int
 ) -> None:
-    canned(*verdicts, target=target)
+    canned(*checked, target=target)
     assert main([]) == status
 
 

@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 
 from fuzzy_fusion_ros.bag.topic import Definition
-from fuzzy_fusion_ros.core.errors import BagError
+from fuzzy_fusion_ros.parameters.errors import BagError
 
 _SEPARATOR = "=" * 80
 _FIELD = re.compile(

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from fuzzy_fusion_ros.bag.topic import Topic
-from fuzzy_fusion_ros.core.errors import BagError
+from fuzzy_fusion_ros.parameters.errors import BagError
 
 METADATA_NAME = "metadata.yaml"
 VERSION = 9

@@ -8,7 +8,7 @@ from typing import Any
 
 import yaml
 
-from fuzzy_fusion_ros.core.errors import BagError
+from fuzzy_fusion_ros.parameters.errors import BagError
 
 INFINITE_NS = 2**63 - 1
 

@@ -19,8 +19,8 @@ from fuzzy_fusion_ros.bag.problems import Problems
 from fuzzy_fusion_ros.bag.storage import Storage, find_files, is_compressed, open_file
 from fuzzy_fusion_ros.bag.topic import BagMessage, Topic
 from fuzzy_fusion_ros.bag.typestore import BagTypes
-from fuzzy_fusion_ros.core.clock import seconds_between
-from fuzzy_fusion_ros.core.errors import BagError
+from fuzzy_fusion_ros.core.numerics import seconds_between
+from fuzzy_fusion_ros.parameters.errors import BagError
 
 _FOREVER_NS = 2**63 - 1
 

@@ -11,7 +11,7 @@ from urllib.parse import quote
 
 from fuzzy_fusion_ros.bag.qos import qos_from_rosbag2
 from fuzzy_fusion_ros.bag.topic import BagMessage, Definition, Topic
-from fuzzy_fusion_ros.core.errors import BagError
+from fuzzy_fusion_ros.parameters.errors import BagError
 
 # What sqlite3 raises on damaged files, and what wrong types in their rows lead to.
 _DAMAGE = (sqlite3.Error, UnicodeDecodeError, LookupError, TypeError, ValueError, OverflowError)

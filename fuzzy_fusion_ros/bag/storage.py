@@ -10,12 +10,12 @@ from typing import Protocol
 
 import zstandard
 
-from fuzzy_fusion_ros.bag.mcap_file import McapFile
+from fuzzy_fusion_ros.bag.mcap.file import McapFile
 from fuzzy_fusion_ros.bag.metadata import Metadata, read_metadata
 from fuzzy_fusion_ros.bag.problems import Problems
 from fuzzy_fusion_ros.bag.sqlite_file import SqliteFile
 from fuzzy_fusion_ros.bag.topic import BagMessage, Topic
-from fuzzy_fusion_ros.core.errors import BagError
+from fuzzy_fusion_ros.parameters.errors import BagError
 
 _KINDS: dict[str, type[McapFile] | type[SqliteFile]] = {".mcap": McapFile, ".db3": SqliteFile}
 _COMPRESSED = ".zstd"

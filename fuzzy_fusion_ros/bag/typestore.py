@@ -18,10 +18,10 @@ from rosbags.typesys.store import Typestore
 from fuzzy_fusion_ros.bag.from_rclpy import dataclass_from_rclpy
 from fuzzy_fusion_ros.bag.installed import installed_definition
 from fuzzy_fusion_ros.bag.topic import Definition, Topic
-from fuzzy_fusion_ros.core.errors import BagError, MessageError
 from fuzzy_fusion_ros.messages.cdr import EMPTY_ARRAY_BYTES, ORDERS, ORIGIN, PADDING_BYTES
 from fuzzy_fusion_ros.messages.type_fields import FieldType
 from fuzzy_fusion_ros.messages.type_names import type_name_of
+from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
 
 _SEPARATOR = "=" * 80 + "\n"
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from fuzzy_fusion_ros.bag.mcap_writer import McapWriter
+from fuzzy_fusion_ros.bag.mcap.writer import McapWriter
 from fuzzy_fusion_ros.bag.metadata import describe_bag, write_metadata
 from fuzzy_fusion_ros.bag.qos import QosProfile, qos_to_text
 from fuzzy_fusion_ros.bag.topic import Definition, Topic
 from fuzzy_fusion_ros.bag.typestore import BagTypes, jazzy_types
-from fuzzy_fusion_ros.core.errors import BagError
+from fuzzy_fusion_ros.parameters.errors import BagError
 
 
 class BagWriter:

@@ -11,12 +11,10 @@ from typing import NamedTuple
 
 from fuzzy_fusion_ros.baselines.answers import estimated, waiting
 from fuzzy_fusion_ros.baselines.parameters import ComplementaryParameters
-from fuzzy_fusion_ros.core.clock import seconds_between
+from fuzzy_fusion_ros.batch.series import Method
 from fuzzy_fusion_ros.core.estimator import Estimate
-from fuzzy_fusion_ros.core.finite import bounded
-from fuzzy_fusion_ros.core.lag import lag_gain
-from fuzzy_fusion_ros.core.parameter_tree import numbers
-from fuzzy_fusion_ros.core.series import Method
+from fuzzy_fusion_ros.core.numerics import bounded, lag_gain, seconds_between
+from fuzzy_fusion_ros.parameters.group import numbers
 
 
 class Complementary(NamedTuple):

@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 from fuzzy_fusion_ros.baselines.answers import estimated, waiting
 from fuzzy_fusion_ros.baselines.parameters import ConstantWeightParameters
+from fuzzy_fusion_ros.batch.series import Method
 from fuzzy_fusion_ros.core.aggregator import blend
 from fuzzy_fusion_ros.core.estimator import Estimate
-from fuzzy_fusion_ros.core.parameter_tree import numbers
-from fuzzy_fusion_ros.core.series import Method
+from fuzzy_fusion_ros.parameters.group import numbers
 
 
 class Held(NamedTuple):

@@ -13,7 +13,7 @@ from fuzzy_fusion_ros.baselines.parameters import (
     ComplementaryParameters,
     KalmanParameters,
 )
-from fuzzy_fusion_ros.core.series import Series
+from fuzzy_fusion_ros.batch.series import Series
 
 Reals = NDArray[np.float64]
 

@@ -10,11 +10,10 @@ from typing import NamedTuple
 
 from fuzzy_fusion_ros.baselines.answers import estimated, waiting
 from fuzzy_fusion_ros.baselines.parameters import KalmanParameters
-from fuzzy_fusion_ros.core.clock import seconds_between
+from fuzzy_fusion_ros.batch.series import Method
 from fuzzy_fusion_ros.core.estimator import Estimate
-from fuzzy_fusion_ros.core.finite import bounded
-from fuzzy_fusion_ros.core.parameter_tree import numbers
-from fuzzy_fusion_ros.core.series import Method
+from fuzzy_fusion_ros.core.numerics import bounded, seconds_between
+from fuzzy_fusion_ros.parameters.group import numbers
 
 FINEST = 1e6
 """Largest ratio of standard deviations, of what is known to what is measured, that counts."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fuzzy_fusion_ros.core.parameter_tree import Group, group, real, switch
+from fuzzy_fusion_ros.parameters.group import Group, group, real, switch
 
 
 @dataclass(frozen=True)

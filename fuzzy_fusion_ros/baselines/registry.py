@@ -10,8 +10,8 @@ from fuzzy_fusion_ros.baselines.complementary import complementary
 from fuzzy_fusion_ros.baselines.constant_weight import constant_weight
 from fuzzy_fusion_ros.baselines.kalman import kalman
 from fuzzy_fusion_ros.baselines.parameters import BaselineParameters, ConstantWeightParameters
-from fuzzy_fusion_ros.core.parameter_tree import descriptors, flatten
-from fuzzy_fusion_ros.core.series import Method
+from fuzzy_fusion_ros.batch.series import Method
+from fuzzy_fusion_ros.parameters.group import descriptors, flatten
 
 REACH = 1000.0
 """How far a fit may move a parameter from its default, as a factor both ways."""
@@ -36,10 +36,10 @@ class Knob(NamedTuple):
 class Baseline(NamedTuple):
     """A filter that a user would pick instead.
 
-        Attributes:
-            method: Makes the method.
-            moved: Dotted names of the parameters that a fit moves. S1's noise is none of them: it
-    can be measured, and only its ratio to the other noises matters.
+    Attributes:
+        method: Makes the method.
+        moved: Dotted names of the numbers that a fit moves; only the ratios of the noises matter.
+        switches: Dotted names of the booleans that a fit tries both ways.
     """
 
     method: Callable[[BaselineParameters], Method]

@@ -20,17 +20,17 @@ from pathlib import Path
 from typing import NamedTuple
 
 from fuzzy_fusion_ros.bag import BagMessage, open_bag
-from fuzzy_fusion_ros.bag.replay import differences, replay
-from fuzzy_fusion_ros.bag.roles import Topics
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import bar, progress
 from fuzzy_fusion_ros.cli.score import baselines_of
 from fuzzy_fusion_ros.cli.status import DONE, FAILED, command, say
-from fuzzy_fusion_ros.core.errors import BagError, FusionError
-from fuzzy_fusion_ros.core.parameter_tree import replace
-from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.messages.outputs import EXPLANATION
-from fuzzy_fusion_ros.parameter_file import parameters_from
+from fuzzy_fusion_ros.offline.replay import differences, replay
+from fuzzy_fusion_ros.offline.topics import Topics
+from fuzzy_fusion_ros.parameters.errors import BagError, FusionError
+from fuzzy_fusion_ros.parameters.file import parameters_from
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.scoring.report import report
 from fuzzy_fusion_ros.scoring.score import Score, score_bag
 
@@ -52,7 +52,7 @@ class DemoError(FusionError):
     """The demo lacks something, or a node has failed."""
 
 
-class Outcome(NamedTuple):
+class DemoResult(NamedTuple):
     """What the demo found.
 
     Attributes:
@@ -88,7 +88,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return DONE
 
 
-def demo(output: Path, seed: int, seconds: float) -> Outcome:
+def demo(output: Path, seed: int, seconds: float) -> DemoResult:
     """Do the whole job.
 
     Args:
@@ -112,14 +112,14 @@ def demo(output: Path, seed: int, seconds: float) -> Outcome:
             output / REPLAYED,
             Topics(),
             parameters,
-            through=lambda messages: progress(messages, "replay", bag.message_count, " messages"),
+            progress=lambda messages: progress(messages, "replay", bag.message_count, " messages"),
         )
     found = differences(output / LIVE, output / REPLAYED, ["/s1", "/s2", "/truth", "/estimate"])
     explained = ["/estimate", *(f"/fusion_node/{name}" for name in EXPLANATION)]
     found += differences(output / EXPLAINED, output / REPLAYED, explained)
     scores = [_score_pendulum(output / REPLAYED, parameters, real.parent), _score_car(real)]
     _plot(scores, output)
-    return Outcome(found, scores)
+    return DemoResult(found, scores)
 
 
 def run_live(output: Path, seed: int, seconds: float) -> None:
@@ -206,7 +206,7 @@ def _recorded(path: Path) -> int:
 def _score_pendulum(path: Path, parameters: Parameters, bags: Path) -> Score:
     """Score the recording; fitting the baselines here would take a good part of the minute."""
     baselines = baselines_of(str(bags / f"{NOMINAL}.yaml"))
-    scored = score_bag(path, Topics(), parameters, baselines, through=_reading)
+    scored = score_bag(path, Topics(), parameters, baselines, progress=_reading)
     return scored._replace(name="pendulum", unit="rad")
 
 
@@ -218,7 +218,7 @@ def _score_car(path: Path) -> Score:
         parameters_from(file),
         baselines_of(str(file)),
         start_s=UNSEEN,
-        through=_reading,
+        progress=_reading,
     )
     return scored._replace(name=REAL, unit="m/s^2")
 

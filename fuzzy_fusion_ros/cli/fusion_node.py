@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fuzzy_fusion_ros.cli.status import command
-from fuzzy_fusion_ros.nodes.runtime import Stop
+from fuzzy_fusion_ros.ros.process import Stop
 
 TOPICS = """\
 subscribes:
@@ -24,8 +24,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the node until it is told to stop."""
 
     with Stop() as stop:  # before the imports that take long
-        from fuzzy_fusion_ros.core.parameters import Parameters
-        from fuzzy_fusion_ros.nodes.command_line import run_node
+        from fuzzy_fusion_ros.parameters.fusion import Parameters
+        from fuzzy_fusion_ros.ros.command_line import run_node
 
         def load() -> type:
             from fuzzy_fusion_ros.nodes.fusion_node import FusionNode

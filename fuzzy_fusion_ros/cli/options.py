@@ -10,10 +10,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NoReturn
 
-from fuzzy_fusion_ros.bag.roles import ROLES, Topics
 from fuzzy_fusion_ros.cli.status import UsageError
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.parameter_file import parameters_from
+from fuzzy_fusion_ros.offline.topics import ROLES, Topics
+from fuzzy_fusion_ros.parameters.file import parameters_from
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 
 class Parser(argparse.ArgumentParser):

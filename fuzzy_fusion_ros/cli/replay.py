@@ -14,11 +14,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fuzzy_fusion_ros.bag import open_bag
-from fuzzy_fusion_ros.bag.replay import replay
-from fuzzy_fusion_ros.bag.roles import explanation_prefix
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import progress
 from fuzzy_fusion_ros.cli.status import DONE, UsageError, command, say
+from fuzzy_fusion_ros.offline.replay import replay
+from fuzzy_fusion_ros.offline.topics import explanation_prefix
 
 
 @command("replay")

@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fuzzy_fusion_ros.baselines import BaselineParameters
+from fuzzy_fusion_ros.batch.series import Reals, Series
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import counted, progress
 from fuzzy_fusion_ros.cli.status import DONE, FAILED, UsageError, command, say
-from fuzzy_fusion_ros.core.parameter_tree import flatten, replace
-from fuzzy_fusion_ros.core.series import Reals, Series
-from fuzzy_fusion_ros.parameter_file import ParameterFileError, load
+from fuzzy_fusion_ros.parameters.file import ParameterFileError, load
+from fuzzy_fusion_ros.parameters.group import flatten, replace
 from fuzzy_fusion_ros.scoring.regression import read_scores, regressions
 from fuzzy_fusion_ros.scoring.report import report
 from fuzzy_fusion_ros.scoring.score import Fit, Score, score_bag

@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable, Sequence
 from types import FrameType
 
-from fuzzy_fusion_ros.core.errors import FusionError
+from fuzzy_fusion_ros.parameters.errors import FusionError
 
 DONE = 0
 FAILED = 1

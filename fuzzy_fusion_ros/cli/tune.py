@@ -19,18 +19,18 @@ from typing import TextIO
 import numpy as np
 
 from fuzzy_fusion_ros.bag import open_bag
-from fuzzy_fusion_ros.bag.recording import Recording, read_recording
-from fuzzy_fusion_ros.bag.roles import Topics, codecs_of
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import counted, progress
 from fuzzy_fusion_ros.cli.score import NODE_OF_BASELINES
 from fuzzy_fusion_ros.cli.status import DONE, command, say
-from fuzzy_fusion_ros.core.parameter_tree import replace
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.parameter_file import dump
+from fuzzy_fusion_ros.offline.recording import Recording, read_recording
+from fuzzy_fusion_ros.offline.topics import Topics, codecs_of
+from fuzzy_fusion_ros.parameters.file import dump
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.scoring.join import interpolated
 from fuzzy_fusion_ros.tuning import Tuned, tune
-from fuzzy_fusion_ros.tuning.report import as_json, comments, described, ladder_lines, outcome
+from fuzzy_fusion_ros.tuning.report import as_json, candidate_lines, comments, described, outcome
 from fuzzy_fusion_ros.tuning.times import in_gaps
 
 OUTPUT = "tuned.yaml"
@@ -47,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     tuned = _tune(given, recording, parameters)
     unit = recording.unit if given.unit is None else given.unit
     out = sys.stderr if given.json == "-" else sys.stdout
-    _print([*described(tuned.found, unit), "", *ladder_lines(tuned, unit), ""], out)
+    _print([*described(tuned.sensors, unit), "", *candidate_lines(tuned, unit), ""], out)
     with options.writing(given.output):
         write(tuned, given.output, comments(tuned, unit, _origin(given, tuned)))
     if given.plot:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from fuzzy_fusion_ros.core.clock import seconds_between
-from fuzzy_fusion_ros.core.finite import bounded, clamped
 from fuzzy_fusion_ros.core.membership import large
-from fuzzy_fusion_ros.core.parameters import AggregatorParameters, BreakPoints
+from fuzzy_fusion_ros.core.numerics import bounded, clamped, seconds_between
+from fuzzy_fusion_ros.parameters.fusion import AggregatorParameters, BreakPoints
 
 
 class SlowSensor(NamedTuple):

@@ -11,12 +11,10 @@ import math
 from typing import NamedTuple
 
 from fuzzy_fusion_ros.core.aggregator import SlowSensor
-from fuzzy_fusion_ros.core.clock import seconds_between
 from fuzzy_fusion_ros.core.delay_line import DelayLine, delayed, empty_line, extended
-from fuzzy_fusion_ros.core.finite import bounded
-from fuzzy_fusion_ros.core.lag import lag_gain
 from fuzzy_fusion_ros.core.membership import large
-from fuzzy_fusion_ros.core.parameters import (
+from fuzzy_fusion_ros.core.numerics import bounded, lag_gain, seconds_between
+from fuzzy_fusion_ros.parameters.fusion import (
     BreakPoints,
     FastSensorParameters,
     SlowSensorParameters,

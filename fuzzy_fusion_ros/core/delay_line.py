@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fuzzy_fusion_ros.core.clock import seconds_between
+from fuzzy_fusion_ros.core.numerics import seconds_between
 
 CAPACITY = 32
 """Points kept."""

@@ -16,11 +16,11 @@ from fuzzy_fusion_ros.core.aggregator import (
     observe_slow,
     single,
 )
-from fuzzy_fusion_ros.core.clock import seconds_between
 from fuzzy_fusion_ros.core.conditioning import Conditioned, condition, unconditioned
 from fuzzy_fusion_ros.core.gate import NO_PREDICTION, Prediction, accepts, combine
-from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.core.numerics import seconds_between
 from fuzzy_fusion_ros.core.predictor import Predictor, learn, prediction_at, untrained
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 WAITING, FUSED, S1_ONLY, S2_ONLY = 0, 1, 2, 3
 """Modes of an estimate. WAITING: none yet, S2 has not spoken but is not overdue either."""

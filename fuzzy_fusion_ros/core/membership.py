@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from fuzzy_fusion_ros.core.finite import clamped
-from fuzzy_fusion_ros.core.parameters import BreakPoints
+from fuzzy_fusion_ros.core.numerics import clamped
+from fuzzy_fusion_ros.parameters.fusion import BreakPoints
 
 
 def large(x: float, ramp: BreakPoints) -> float:

@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fuzzy_fusion_ros.core.finite import bounded, clamped
 from fuzzy_fusion_ros.core.gate import NO_PREDICTION, Prediction
-from fuzzy_fusion_ros.core.parameters import PredictorParameters
+from fuzzy_fusion_ros.core.numerics import bounded, clamped
+from fuzzy_fusion_ros.parameters.fusion import PredictorParameters
 
 Array = NDArray[np.float64]
 

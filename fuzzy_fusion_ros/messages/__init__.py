@@ -1,8 +1,8 @@
 """Messages and samples: serialised messages alone, so that node and bag are served alike."""
 
 from fuzzy_fusion_ros.core.sample import Sample
-from fuzzy_fusion_ros.messages.blank import blank
 from fuzzy_fusion_ros.messages.codec import ScalarCodec, Template
+from fuzzy_fusion_ros.messages.defaults import default_message
 from fuzzy_fusion_ros.messages.field_path import FieldPath
 from fuzzy_fusion_ros.messages.resolve import numeric_fields, resolve_field
 from fuzzy_fusion_ros.messages.type_fields import FieldType, InstalledTypes, TypeDescriptions
@@ -20,7 +20,7 @@ __all__ = [
     "ScalarCodec",
     "Template",
     "TypeDescriptions",
-    "blank",
+    "default_message",
     "load_message_class",
     "normalise_type_name",
     "numeric_fields",

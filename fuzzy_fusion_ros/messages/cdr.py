@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 
-from fuzzy_fusion_ros.core.clock import SECOND_NS
+from fuzzy_fusion_ros.core.numerics import SECOND_NS
 
 ORIGIN = 4
 """Bytes of encapsulation header; alignment counts from behind it."""

@@ -6,16 +6,16 @@ import math
 import struct
 from typing import NamedTuple
 
-from fuzzy_fusion_ros.core.clock import SECOND_NS
-from fuzzy_fusion_ros.core.errors import MessageError
+from fuzzy_fusion_ros.core.numerics import SECOND_NS
 from fuzzy_fusion_ros.core.sample import Sample
-from fuzzy_fusion_ros.messages.blank import HEADER
 from fuzzy_fusion_ros.messages.cdr import EMPTY_ARRAY_BYTES, FORMATS, ORDERS, ORIGIN, PADDING_BYTES
+from fuzzy_fusion_ros.messages.defaults import HEADER
 from fuzzy_fusion_ros.messages.field_path import FieldPath
 from fuzzy_fusion_ros.messages.layout import Layout, Walk
 from fuzzy_fusion_ros.messages.resolve import resolve_field
 from fuzzy_fusion_ros.messages.type_fields import FLOATS, INTEGER_RANGES, TypeDescriptions
 from fuzzy_fusion_ros.messages.type_names import normalise_type_name
+from fuzzy_fusion_ros.parameters.errors import MessageError
 
 TIME = "builtin_interfaces/msg/Time"
 

@@ -6,15 +6,15 @@ import re
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from fuzzy_fusion_ros.core.errors import MessageError
+from fuzzy_fusion_ros.parameters.errors import MessageError
 
 _NAME = r"[A-Za-z]\w*"
 _PLAIN = re.compile(rf"({_NAME})(?:\[(\d+)\])?")
 _LOOK_UP = re.compile(rf"((?:{_NAME}(?:\[\d+\])?\.)*)({_NAME})=(.+):({_NAME})((?:\..+)?)")
 
 
-class Step(NamedTuple):
-    """One step of a path: into a field, and into an element of it where it is an array.
+class PathPart(NamedTuple):
+    """One part of a path: into a field, and into an element of it where it is an array.
 
     Attributes:
         name: The field to enter.
@@ -30,7 +30,7 @@ class Step(NamedTuple):
 
     @property
     def picks(self) -> bool:
-        """Whether the step takes one element of an array."""
+        """Whether the part takes one element of an array."""
         return self.element is not None or self.key is not None
 
 
@@ -46,7 +46,7 @@ class FieldPath:
         text: The path as the user wrote it.
         number: The type of the number, such as ``float64``; an integer type rounds and limits
             what is written.
-        steps: The path, parsed.
+        parts: The path, parsed.
 
     Raises:
         MessageError: The text is no path.
@@ -54,30 +54,30 @@ class FieldPath:
 
     text: str
     number: str = "float64"
-    steps: tuple[Step, ...] = field(init=False, repr=False, compare=False)
+    parts: tuple[PathPart, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Parse ``text``."""
-        object.__setattr__(self, "steps", _parse(self.text))
+        object.__setattr__(self, "parts", _parse(self.text))
 
 
-def _parse(text: str) -> tuple[Step, ...]:
+def _parse(text: str) -> tuple[PathPart, ...]:
     look_up = _LOOK_UP.fullmatch(text)
     if look_up is None:
         return tuple(_parse_plain(part, text) for part in text.split("."))
     before, names, key, values, after = look_up.groups()
     return (
         *(_parse_plain(part, text) for part in before.split(".") if part),
-        Step(values, names=names, key=key),
+        PathPart(values, names=names, key=key),
         *(_parse_plain(part, text) for part in after.split(".")[1:]),
     )
 
 
-def _parse_plain(part: str, text: str) -> Step:
+def _parse_plain(part: str, text: str) -> PathPart:
     match = _PLAIN.fullmatch(part)
     if match is None:
         raise MessageError(
             f"field {text!r} is no path: {part!r} is not understood; write for example "
             "'data', 'point.x', 'position[0]' or 'name=pole:position'"
         )
-    return Step(match[1], element=None if match[2] is None else int(match[2]))
+    return PathPart(match[1], element=None if match[2] is None else int(match[2]))

@@ -5,10 +5,10 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from fuzzy_fusion_ros.core.errors import MessageError
 from fuzzy_fusion_ros.messages.cdr import ORIGIN, SIZES
-from fuzzy_fusion_ros.messages.field_path import FieldPath, Step
+from fuzzy_fusion_ros.messages.field_path import FieldPath, PathPart
 from fuzzy_fusion_ros.messages.type_fields import FieldType, TypeDescriptions
+from fuzzy_fusion_ros.parameters.errors import MessageError
 
 Walk = Callable[[bytes, int], int]
 """Takes bytes and where something begins in them; returns where it ends, or what it looks for
@@ -57,14 +57,14 @@ class Layout:
         walks: list[Walk] = []
         parts: list[_Part] = []
         owner = type_name
-        for step in field.steps:
+        for part in field.parts:
             fields = self._fields(owner)
-            if step.picks:
-                walks += [*_merged(parts), self._pick(fields, step, field.text)]
+            if part.picks:
+                walks += [*_merged(parts), self._pick(fields, part, field.text)]
                 parts = []
             else:
-                parts += self._parts_before(fields, step.name)
-            owner = fields[step.name].name
+                parts += self._parts_before(fields, part.name)
+            owner = fields[part.name].name
         return _chain([*walks, *_merged(parts), _aligned(SIZES.get(owner, 4))])
 
     def text_at(self, data: bytes, at: int) -> bytes:
@@ -124,16 +124,16 @@ class Layout:
 
         return walk
 
-    def _pick(self, fields: Mapping[str, FieldType], step: Step, text: str) -> Walk:
+    def _pick(self, fields: Mapping[str, FieldType], part: PathPart, text: str) -> Walk:
         """Return the walk from the begin of a message to an element of an array in it."""
-        field = fields[step.name]
-        to_array = _chain(_merged(self._parts_before(fields, step.name)))
-        to_element = self._elements(field, step, text)
-        if step.names is None:
-            element = step.element or 0
+        field = fields[part.name]
+        to_array = _chain(_merged(self._parts_before(fields, part.name)))
+        to_element = self._elements(field, part, text)
+        if part.names is None:
+            element = part.element or 0
             return lambda data, at: to_element(data, to_array(data, at), element)
-        to_names = _chain(_merged(self._parts_before(fields, step.names)))
-        index = self._index(fields[step.names], step, text)
+        to_names = _chain(_merged(self._parts_before(fields, part.names)))
+        index = self._index(fields[part.names], part, text)
         return lambda data, at: to_element(
             data, to_array(data, at), index(data, to_names(data, at))
         )
@@ -146,7 +146,7 @@ class Layout:
         return int(self._unpack_count(data, at)[0]), at + 4
 
     def _elements(
-        self, field: FieldType, step: Step, text: str
+        self, field: FieldType, part: PathPart, text: str
     ) -> Callable[[bytes, int, int], int]:
         """Return the walk from the begin of an array to one of its elements."""
         size = SIZES.get(field.name, 0)
@@ -156,7 +156,7 @@ class Layout:
             count, at = self._count(field, data, at)
             if element >= count:
                 raise MessageError(
-                    f"field {text!r}: {step.name} has {count} elements in this message"
+                    f"field {text!r}: {part.name} has {count} elements in this message"
                 )
             if past is None:
                 return at + -(at - ORIGIN) % size + element * size
@@ -164,9 +164,9 @@ class Layout:
 
         return walk
 
-    def _index(self, field: FieldType, step: Step, text: str) -> Walk:
+    def _index(self, field: FieldType, part: PathPart, text: str) -> Walk:
         """Return the search for a name in an array of them."""
-        key = (step.key or "").encode()
+        key = (part.key or "").encode()
 
         def search(data: bytes, at: int) -> int:
             count, at = self._count(field, data, at)
@@ -177,7 +177,7 @@ class Layout:
                     return index
                 at = self._text(data, at)
             shown = [name.decode(errors="replace") for name in names]
-            raise MessageError(f"field {text!r}: {step.key!r} is not in {step.names} {shown!r}")
+            raise MessageError(f"field {text!r}: {part.key!r} is not in {part.names} {shown!r}")
 
         return search
 

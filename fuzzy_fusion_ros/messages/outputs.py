@@ -7,13 +7,13 @@ from collections.abc import Iterator
 
 from fuzzy_fusion_ros.core.aggregator import FiringStrengths
 from fuzzy_fusion_ros.core.estimator import Estimate
-from fuzzy_fusion_ros.core.fusion import Fused
-from fuzzy_fusion_ros.core.parameters import EstimateParameters
-from fuzzy_fusion_ros.messages.blank import blank
 from fuzzy_fusion_ros.messages.cdr import CdrWriter
 from fuzzy_fusion_ros.messages.codec import ScalarCodec, Template
+from fuzzy_fusion_ros.messages.defaults import default_message
 from fuzzy_fusion_ros.messages.type_fields import TypeDescriptions
 from fuzzy_fusion_ros.messages.type_names import normalise_type_name
+from fuzzy_fusion_ros.online.fusion import Fused
+from fuzzy_fusion_ros.parameters.fusion import EstimateParameters
 
 POINT = "geometry_msgs/msg/PointStamped"
 ARRAY = "std_msgs/msg/Float64MultiArray"
@@ -33,7 +33,7 @@ def point_template(types: TypeDescriptions, frame: str = "") -> Template:
         types: Who describes message types.
         frame: Its ``frame_id``.
     """
-    return ScalarCodec(types, POINT).template(blank(types, POINT, frame))
+    return ScalarCodec(types, POINT).template(default_message(types, POINT, frame))
 
 
 def explain(point: Template, fused: Fused) -> Iterator[tuple[str, bytes]]:
@@ -100,7 +100,7 @@ class EstimateMessages:
         self._types = types
         self._s2 = s2
         self._frame = ""
-        self._data = blank(types, self.codec.type_name)
+        self._data = default_message(types, self.codec.type_name)
         self._template: Template | None = None
 
     def see_s2(self, data: bytes) -> None:
@@ -109,7 +109,10 @@ class EstimateMessages:
             self._data, self._template = data, None
         elif self._s2.frame(data) != self._frame:
             self._frame = self._s2.frame(data)
-            self._data, self._template = blank(self._types, self.codec.type_name, self._frame), None
+            self._data, self._template = (
+                default_message(self._types, self.codec.type_name, self._frame),
+                None,
+            )
 
     def message(self, fused: Fused) -> bytes:
         """Return the message of an estimate.

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fuzzy_fusion_ros.core.errors import MessageError
-from fuzzy_fusion_ros.messages.field_path import FieldPath, Step
+from fuzzy_fusion_ros.messages.field_path import FieldPath, PathPart
 from fuzzy_fusion_ros.messages.type_fields import FLOATS, FieldType, TypeDescriptions
 from fuzzy_fusion_ros.messages.type_names import normalise_type_name
+from fuzzy_fusion_ros.parameters.errors import MessageError
 
 DEFAULT_FIELDS = {
     "geometry_msgs/msg/Point": "x",
@@ -39,8 +39,8 @@ def resolve_field(types: TypeDescriptions, type_name: str, text: str = "") -> Fi
     types.fields(name)  # an unknown type is said first
     path = FieldPath(text or _default_field(types, name))
     field = FieldType(name)
-    for step in path.steps:
-        field = _follow(types, field, step, path.text, name)
+    for part in path.parts:
+        field = _follow(types, field, part, path.text, name)
     if field.is_array or not field.is_number:
         kind = f"{field} is no number" if not field.is_array else f"{field} is a whole array"
         raise MessageError(f"field {path.text!r} of {name}: {kind}{_advice(types, name)}")
@@ -61,28 +61,28 @@ def numeric_fields(types: TypeDescriptions, type_name: str) -> list[str]:
 
 
 def _follow(
-    types: TypeDescriptions, owner: FieldType, step: Step, text: str, type_name: str
+    types: TypeDescriptions, owner: FieldType, part: PathPart, text: str, type_name: str
 ) -> FieldType:
-    """Return the type that one step leads to."""
+    """Return the type that one part leads to."""
 
     def refuse(problem: str) -> MessageError:
         return MessageError(f"field {text!r} of {type_name}: {problem}{_advice(types, type_name)}")
 
     if owner.is_array or not owner.is_message:
-        raise refuse(f"{owner} has no field {step.name!r}")
+        raise refuse(f"{owner} has no field {part.name!r}")
     fields = types.fields(owner.name)
-    for wanted in filter(None, (step.names, step.name)):
+    for wanted in filter(None, (part.names, part.name)):
         if wanted not in fields:
             raise refuse(f"{owner.name} has no field {wanted!r}")
-    field = fields[step.name]
-    if not step.picks:
+    field = fields[part.name]
+    if not part.picks:
         return field
     if not field.is_array:
-        raise refuse(f"{step.name!r} is a {field}, no array")
-    if step.element is not None and field.capacity is not None and step.element >= field.capacity:
-        raise refuse(f"{step.name!r} has {field.capacity} elements at most")
-    if step.names is not None and fields[step.names][:2] != ("string", True):
-        raise refuse(f"{step.names!r} is a {fields[step.names]}, no array of names")
+        raise refuse(f"{part.name!r} is a {field}, no array")
+    if part.element is not None and field.capacity is not None and part.element >= field.capacity:
+        raise refuse(f"{part.name!r} has {field.capacity} elements at most")
+    if part.names is not None and fields[part.names][:2] != ("string", True):
+        raise refuse(f"{part.names!r} is a {fields[part.names]}, no array of names")
     return FieldType(field.name)
 
 

@@ -9,7 +9,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from fuzzy_fusion_ros.core.errors import MessageError
+from fuzzy_fusion_ros.parameters.errors import MessageError
 
 _NAME = re.compile(r"([a-z]\w*)/(?:msg/)?([A-Z]\w*)")
 

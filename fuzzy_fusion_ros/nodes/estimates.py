@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from rclpy.node import Node
 
-from fuzzy_fusion_ros.core.errors import MessageError
-from fuzzy_fusion_ros.core.fusion import Fused
-from fuzzy_fusion_ros.core.parameters import EstimateParameters
 from fuzzy_fusion_ros.messages import InstalledTypes
 from fuzzy_fusion_ros.messages.outputs import (
     EXPLANATION,
@@ -14,10 +11,13 @@ from fuzzy_fusion_ros.messages.outputs import (
     explain,
     point_template,
 )
-from fuzzy_fusion_ros.nodes.outlet import Outlet
-from fuzzy_fusion_ros.nodes.qos import ESTIMATE
-from fuzzy_fusion_ros.nodes.recorder import Recorder
-from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
+from fuzzy_fusion_ros.online.fusion import Fused
+from fuzzy_fusion_ros.parameters.errors import MessageError
+from fuzzy_fusion_ros.parameters.fusion import EstimateParameters
+from fuzzy_fusion_ros.ros.publisher import RecordingPublisher
+from fuzzy_fusion_ros.ros.qos import ESTIMATE
+from fuzzy_fusion_ros.ros.recorder import Recorder
+from fuzzy_fusion_ros.ros.subscription import SensorInput
 
 
 class EstimateOutput:
@@ -37,8 +37,8 @@ class EstimateOutput:
         """
         self._messages = EstimateMessages(InstalledTypes(), parameters, s2.codec)
         self._point = point_template(InstalledTypes())
-        self._estimate: Outlet | None = None
-        self._explanation: dict[str, Outlet] = {}
+        self._estimate: RecordingPublisher | None = None
+        self._explanation: dict[str, RecordingPublisher] = {}
         self.published = 0
         self.unwritable = 0
         self.last_problem = ""
@@ -46,10 +46,10 @@ class EstimateOutput:
     def open(self, node: Node, recorder: Recorder) -> None:
         """Begin to publish: whoever waits for the estimate's publisher may then send samples."""
         self._explanation = {
-            name: Outlet(node, f"~/{name}", type_name, recorder)
+            name: RecordingPublisher(node, f"~/{name}", type_name, recorder)
             for name, type_name in EXPLANATION.items()
         }
-        self._estimate = Outlet(
+        self._estimate = RecordingPublisher(
             node, "estimate", self._messages.codec.type_name, recorder, ESTIMATE
         )
 
@@ -58,9 +58,11 @@ class EstimateOutput:
         self._messages.see_s2(data)
 
     @property
-    def wanted(self) -> dict[str, Outlet]:
+    def wanted(self) -> dict[str, RecordingPublisher]:
         """The topics of the explanation that someone listens to, by name."""
-        return {name: outlet for name, outlet in self._explanation.items() if outlet.wanted}
+        return {
+            name: publisher for name, publisher in self._explanation.items() if publisher.wanted
+        }
 
     def publish(self, fused: Fused, log_ns: int) -> None:
         """Publish an estimate, then what explains it and is asked for."""

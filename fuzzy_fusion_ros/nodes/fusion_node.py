@@ -7,20 +7,20 @@ from typing import Any
 
 from std_srvs.srv import SetBool, Trigger
 
-from fuzzy_fusion_ros.core.fusion import Fused, Fusion
-from fuzzy_fusion_ros.core.guard import Guard
-from fuzzy_fusion_ros.core.parameters import Parameters, SensorParameters
-from fuzzy_fusion_ros.nodes.diagnostics import Diagnostics
 from fuzzy_fusion_ros.nodes.estimates import EstimateOutput
 from fuzzy_fusion_ros.nodes.fusion_report import FusionReport
-from fuzzy_fusion_ros.nodes.node_time import NodeTime
-from fuzzy_fusion_ros.nodes.parameters import ConfiguredNode
-from fuzzy_fusion_ros.nodes.qos import input_profile
-from fuzzy_fusion_ros.nodes.recorder import recorder_for
 from fuzzy_fusion_ros.nodes.rule_report import RuleReport
-from fuzzy_fusion_ros.nodes.sensor_input import Received, SensorInput
 from fuzzy_fusion_ros.nodes.sensor_report import SensorReport
-from fuzzy_fusion_ros.nodes.statistics import WorkTime
+from fuzzy_fusion_ros.online.fusion import Fused, Fusion
+from fuzzy_fusion_ros.online.guard import Guard
+from fuzzy_fusion_ros.parameters.fusion import Parameters, SensorParameters
+from fuzzy_fusion_ros.ros.clock import NodeTime
+from fuzzy_fusion_ros.ros.diagnostics import Diagnostics
+from fuzzy_fusion_ros.ros.node import ConfiguredNode
+from fuzzy_fusion_ros.ros.qos import input_profile
+from fuzzy_fusion_ros.ros.recorder import recorder_for
+from fuzzy_fusion_ros.ros.statistics import WorkTime
+from fuzzy_fusion_ros.ros.subscription import Received, SensorInput
 
 
 class FusionNode(ConfiguredNode[Parameters]):

@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterator
 
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
-from fuzzy_fusion_ros.core.fusion import Fused, Fusion
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.nodes.diagnostics import Finding, Level, Report
 from fuzzy_fusion_ros.nodes.estimates import EstimateOutput
 from fuzzy_fusion_ros.nodes.modes import OF_ESTIMATE, Mode
-from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
-from fuzzy_fusion_ros.nodes.statistics import Rate, WorkTime
+from fuzzy_fusion_ros.online.fusion import Fused, Fusion
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.ros.diagnostics import Level, Report, Summary
+from fuzzy_fusion_ros.ros.statistics import Rate, WorkTime
+from fuzzy_fusion_ros.ros.subscription import SensorInput
 
 
 class FusionReport:
@@ -69,16 +69,16 @@ class FusionReport:
         s1, s2 = self._sensors
         if s1.age > parameters.s1.timeout and s2.age > parameters.s2.timeout:
             self._change(Mode.STALE)
-        findings = [Finding(self.mode.level, f"{self.mode.name}: {self.mode.value}")]
+        summaries = [Summary(self.mode.level, f"{self.mode.name}: {self.mode.value}")]
         if self._output.unwritable > self._unwritable:
-            findings.append(
-                Finding(Level.ERROR, f"estimates not published: {self._output.last_problem}")
+            summaries.append(
+                Summary(Level.ERROR, f"estimates not published: {self._output.last_problem}")
             )
         self._unwritable = self._output.unwritable
         median, longest = self._work.take()
         yield Report(
             "fusion",
-            findings,
+            summaries,
             {
                 "mode": self.mode.name,
                 "estimates": self._output.published,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 
 from fuzzy_fusion_ros.core import estimator
-from fuzzy_fusion_ros.nodes.diagnostics import Level
+from fuzzy_fusion_ros.ros.diagnostics import Level
 
 
 class Mode(enum.Enum):

@@ -8,16 +8,16 @@ from typing import Any
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 
-from fuzzy_fusion_ros.core.errors import FusionError
 from fuzzy_fusion_ros.messages import InstalledTypes, ScalarCodec
 from fuzzy_fusion_ros.messages.outputs import POINT
-from fuzzy_fusion_ros.nodes.parameters import ConfiguredNode
-from fuzzy_fusion_ros.nodes.peers import Peers, Source
+from fuzzy_fusion_ros.nodes.parameters import PendulumParameters
 from fuzzy_fusion_ros.nodes.plant_topics import PlantTopics
-from fuzzy_fusion_ros.nodes.qos import ESTIMATE
-from fuzzy_fusion_ros.nodes.recorder import recorder_for
-from fuzzy_fusion_ros.nodes.settings import PendulumParameters
 from fuzzy_fusion_ros.nodes.stepped_run import SteppedRun
+from fuzzy_fusion_ros.parameters.errors import FusionError
+from fuzzy_fusion_ros.ros.node import ConfiguredNode
+from fuzzy_fusion_ros.ros.peers import Peers, Source
+from fuzzy_fusion_ros.ros.qos import ESTIMATE
+from fuzzy_fusion_ros.ros.recorder import recorder_for
 
 FREE_RUN = 1e-4
 """Seconds between samples of a run that waits for nobody."""

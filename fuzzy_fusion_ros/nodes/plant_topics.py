@@ -7,8 +7,8 @@ from rclpy.node import Node
 from fuzzy_fusion_ros.messages import InstalledTypes
 from fuzzy_fusion_ros.messages.cdr import CdrWriter
 from fuzzy_fusion_ros.messages.outputs import POINT, point_template
-from fuzzy_fusion_ros.nodes.outlet import Outlet
-from fuzzy_fusion_ros.nodes.recorder import Recorder
+from fuzzy_fusion_ros.ros.publisher import RecordingPublisher
+from fuzzy_fusion_ros.ros.recorder import Recorder
 from fuzzy_fusion_ros.simulation.closed_loop import Reading
 from fuzzy_fusion_ros.simulation.pendulum import Pendulum
 
@@ -27,12 +27,18 @@ class PlantTopics:
     """
 
     def __init__(self, node: Node, recorder: Recorder, *, clock: bool) -> None:
-        self._truth = Outlet(node, "truth", POINT, recorder)
-        self._joints = Outlet(node, "joint_states", "sensor_msgs/msg/JointState", recorder)
-        self._clock = Outlet(node, "/clock", "rosgraph_msgs/msg/Clock", recorder) if clock else None
-        self.s2 = Outlet(node, "s2", POINT, recorder)
-        self.s1 = Outlet(node, "s1", POINT, recorder)
-        self._control = Outlet(node, "control", POINT, recorder)
+        self._truth = RecordingPublisher(node, "truth", POINT, recorder)
+        self._joints = RecordingPublisher(
+            node, "joint_states", "sensor_msgs/msg/JointState", recorder
+        )
+        self._clock = (
+            RecordingPublisher(node, "/clock", "rosgraph_msgs/msg/Clock", recorder)
+            if clock
+            else None
+        )
+        self.s2 = RecordingPublisher(node, "s2", POINT, recorder)
+        self.s1 = RecordingPublisher(node, "s1", POINT, recorder)
+        self._control = RecordingPublisher(node, "control", POINT, recorder)
         self._began = False
         self._point = point_template(InstalledTypes())
 
@@ -54,8 +60,8 @@ class PlantTopics:
 
     def flush(self, timeout: float) -> None:
         """Wait until reliable subscribers have what was sent, for at most ``timeout`` seconds."""
-        for outlet in (self._truth, self._joints, self._control):
-            outlet.flush(timeout)
+        for publisher in (self._truth, self._joints, self._control):
+            publisher.flush(timeout)
 
 
 def _joint_state(stamp_ns: int, plant: Pendulum) -> bytes:

@@ -14,10 +14,10 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 
 from fuzzy_fusion_ros.bag.topic import BagMessage, Topic
-from fuzzy_fusion_ros.core.clock import SECOND_NS
-from fuzzy_fusion_ros.core.errors import FusionError, MessageError
+from fuzzy_fusion_ros.core.numerics import SECOND_NS
 from fuzzy_fusion_ros.messages import load_message_class
-from fuzzy_fusion_ros.nodes.runtime import Stop
+from fuzzy_fusion_ros.parameters.errors import FusionError, MessageError
+from fuzzy_fusion_ros.ros.process import Stop
 
 CLOCK = "/clock"
 LONGEST_SLEEP = 0.05
@@ -100,15 +100,15 @@ class _Player(Node):
         super().__init__("player", context=context)
         self._stopped = stopped
         self._notes: list[str] = []
-        self._outlets: dict[str, Publisher] = {}
+        self._outputs: dict[str, Publisher] = {}
         self._messages = 0
         self._loops = 0
         for topic in topics:
             if topic.name != CLOCK:
                 self._offer(topic)
-        if not self._outlets:
+        if not self._outputs:
             raise PlayerError(f"nothing can be played: {'; '.join(self._notes) or 'no topics'}")
-        self._clock_outlet = self.create_publisher(Clock, CLOCK, QoSProfile(depth=1))
+        self._clock_publisher = self.create_publisher(Clock, CLOCK, QoSProfile(depth=1))
         self._time_ns = -1
 
     def _offer(self, topic: Topic) -> None:
@@ -117,7 +117,7 @@ class _Player(Node):
         except MessageError as error:
             self._notes.append(f"{topic.name} is left out: {error}")
             return
-        self._outlets[topic.name] = self.create_publisher(
+        self._outputs[topic.name] = self.create_publisher(
             message_class, topic.name, _profile(topic)
         )
 
@@ -132,7 +132,7 @@ class _Player(Node):
         self._sleep_until(time.monotonic() + SETTLED)
 
     def _unheard(self, topic: str) -> bool:
-        return topic in self._outlets and self._outlets[topic].get_subscription_count() == 0
+        return topic in self._outputs and self._outputs[topic].get_subscription_count() == 0
 
     def run(self, read: Callable[[], Iterator[BagMessage]], rate: float, loop: bool) -> None:
         """Publish the recording once, or again and again."""
@@ -145,8 +145,8 @@ class _Player(Node):
     def _once(self, messages: Iterator[BagMessage], rate: float) -> None:
         begun: tuple[float, int] | None = None
         for message in messages:
-            outlet = self._outlets.get(message.topic)
-            if outlet is None:
+            publisher = self._outputs.get(message.topic)
+            if publisher is None:
                 continue
             if begun is None:
                 begun = time.monotonic(), message.log_ns
@@ -154,7 +154,7 @@ class _Player(Node):
             if self._stopped():
                 return
             self._tell_time(message.log_ns)
-            outlet.publish(message.data)
+            publisher.publish(message.data)
             self._messages += 1
         self._loops += 1
 
@@ -172,7 +172,7 @@ class _Player(Node):
         self._time_ns = time_ns
         message = Clock()
         message.clock.sec, message.clock.nanosec = divmod(time_ns, SECOND_NS)
-        self._clock_outlet.publish(message)
+        self._clock_publisher.publish(message)
 
     def _sleep_until(self, moment: float) -> None:
         while not self._stopped() and (left := moment - time.monotonic()) > 0.0:
@@ -185,9 +185,9 @@ class _Player(Node):
     def destroy_node(self) -> None:
         """Leave the graph once reliable subscribers have all, or do not take it."""
         deadline = time.monotonic() + (HASTE if self._stopped() else LEISURE)
-        for outlet in self._outlets.values():
+        for publisher in self._outputs.values():
             left = max(deadline - time.monotonic(), 0.0)
-            outlet.wait_for_all_acked(Duration(seconds=left))
+            publisher.wait_for_all_acked(Duration(seconds=left))
         Node.destroy_node(self)
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from fuzzy_fusion_ros.core.aggregator import FiringStrengths
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.nodes.diagnostics import Finding, Level, Report
-from fuzzy_fusion_ros.nodes.statistics import SATURATED, RuleRecord
+from fuzzy_fusion_ros.nodes.rule_record import SATURATED, RuleRecord
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.ros.diagnostics import Level, Report, Summary
 
 ENOUGH = 300
 """Estimates, or predictions, before anything counts as never or always."""
@@ -57,16 +57,16 @@ class RuleReport:
         yield Report("rules", [*self._apart(), *self._unused()], values)
         yield Report("gate", [*self._gate()], self._gate_values())
 
-    def _apart(self) -> Iterator[Finding]:
+    def _apart(self) -> Iterator[Summary]:
         if self.record.apart_s > LONG:
             limit = self._parameters().aggregator.difference.large
-            yield Finding(
+            yield Summary(
                 Level.WARN,
                 f"s1 and s2 have differed by {limit:g} or more for {self.record.apart_s:.1f} s: "
                 "is one of them broken, or biased?",
             )
 
-    def _unused(self) -> Iterator[Finding]:
+    def _unused(self) -> Iterator[Summary]:
         if self.record.estimates < ENOUGH:
             return
         for name, (lowest, highest) in {
@@ -75,18 +75,18 @@ class RuleReport:
         }.items():
             ramp = f"aggregator.{name}"
             if highest < HARDLY:
-                yield Finding(Level.WARN, f"{name} is never large: lower {ramp}.large, or tune")
+                yield Summary(Level.WARN, f"{name} is never large: lower {ramp}.large, or tune")
             if lowest >= SATURATED:
-                yield Finding(Level.WARN, f"{name} is always large: raise {ramp}.large, or tune")
+                yield Summary(Level.WARN, f"{name} is always large: raise {ramp}.large, or tune")
 
-    def _gate(self) -> Iterator[Finding]:
+    def _gate(self) -> Iterator[Summary]:
         record = self.record
         if record.predictions < ENOUGH:
             return
         if record.accepted == 0:
-            yield Finding(Level.WARN, "the gate never accepts: raise gate.tolerance, or tune")
+            yield Summary(Level.WARN, "the gate never accepts: raise gate.tolerance, or tune")
         if record.accepted == record.predictions:
-            yield Finding(Level.WARN, "the gate accepts all: lower gate.tolerance, or tune")
+            yield Summary(Level.WARN, "the gate accepts all: lower gate.tolerance, or tune")
 
     def _gate_values(self) -> dict[str, object]:
         record = self.record

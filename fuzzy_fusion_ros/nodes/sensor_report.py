@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from fuzzy_fusion_ros.core.guard import Drop, Guard
-from fuzzy_fusion_ros.nodes.diagnostics import Finding, Level, Report
-from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
-from fuzzy_fusion_ros.nodes.statistics import Rate
+from fuzzy_fusion_ros.online.guard import Drop, Guard
+from fuzzy_fusion_ros.ros.diagnostics import Level, Report, Summary
+from fuzzy_fusion_ros.ros.statistics import Rate
+from fuzzy_fusion_ros.ros.subscription import SensorInput
 
 
 class SensorReport:
@@ -39,9 +39,9 @@ class SensorReport:
         """Say how the sensor is."""
         age, timeout = self._source.age, self._timeout()
         counts = self._current_counts()
-        findings = list(self._silence(age)) if age > timeout else []
-        findings += [
-            Finding(Level.WARN, f"{count - self._counts.get(what, 0)} {what}")
+        summaries = list(self._silence(age)) if age > timeout else []
+        summaries += [
+            Summary(Level.WARN, f"{count - self._counts.get(what, 0)} {what}")
             for what, count in counts.items()
             if count > self._counts.get(what, 0)
         ]
@@ -56,13 +56,13 @@ class SensorReport:
             "last reason for a drop": last.value if last else "",
             "last unreadable message": self._source.last_problem,
         }
-        yield Report(self._part, findings, values, self._source.topic)
+        yield Report(self._part, summaries, values, self._source.topic)
 
-    def _silence(self, age: float) -> Iterator[Finding]:
-        yield Finding(Level.WARN, f"silent for {age:.1f} s")
+    def _silence(self, age: float) -> Iterator[Summary]:
+        yield Summary(Level.WARN, f"silent for {age:.1f} s")
         for other in self._source.other_types():
             ours = self._source.codec.type_name
-            yield Finding(Level.WARN, f"is published as {other}, subscribed as {ours}")
+            yield Summary(Level.WARN, f"is published as {other}, subscribed as {ours}")
 
     def _current_counts(self) -> dict[str, int]:
         counts = {f"dropped: {each.value}": self._guard.dropped[each] for each in Drop}

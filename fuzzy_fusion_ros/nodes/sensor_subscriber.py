@@ -5,17 +5,17 @@ from __future__ import annotations
 import functools
 from typing import Any
 
-from fuzzy_fusion_ros.core.guard import Guard
 from fuzzy_fusion_ros.messages import InstalledTypes
 from fuzzy_fusion_ros.messages.outputs import POINT, point_template
-from fuzzy_fusion_ros.nodes.diagnostics import Diagnostics
-from fuzzy_fusion_ros.nodes.node_time import NodeTime
-from fuzzy_fusion_ros.nodes.outlet import Outlet
-from fuzzy_fusion_ros.nodes.parameters import ConfiguredNode
-from fuzzy_fusion_ros.nodes.qos import input_profile
-from fuzzy_fusion_ros.nodes.sensor_input import Received, SensorInput
+from fuzzy_fusion_ros.nodes.parameters import SubscriberParameters
 from fuzzy_fusion_ros.nodes.sensor_report import SensorReport
-from fuzzy_fusion_ros.nodes.settings import SubscriberParameters
+from fuzzy_fusion_ros.online.guard import Guard
+from fuzzy_fusion_ros.ros.clock import NodeTime
+from fuzzy_fusion_ros.ros.diagnostics import Diagnostics
+from fuzzy_fusion_ros.ros.node import ConfiguredNode
+from fuzzy_fusion_ros.ros.publisher import RecordingPublisher
+from fuzzy_fusion_ros.ros.qos import input_profile
+from fuzzy_fusion_ros.ros.subscription import Received, SensorInput
 
 
 class SensorSubscriber(ConfiguredNode[SubscriberParameters]):
@@ -44,7 +44,7 @@ class SensorSubscriber(ConfiguredNode[SubscriberParameters]):
             self._on_sample,
             lambda: self.parameters.future_tolerance,
         )
-        self._output = Outlet(self, "output", POINT, self.recorder)
+        self._output = RecordingPublisher(self, "output", POINT, self.recorder)
         self._point = functools.lru_cache(functools.partial(point_template, InstalledTypes()))
         report = SensorReport(
             "input", self._input, self._guard, lambda: self.parameters.input.timeout

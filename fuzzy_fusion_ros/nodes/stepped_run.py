@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fuzzy_fusion_ros.core.aggregator import blend
-from fuzzy_fusion_ros.nodes.settings import PendulumParameters
+from fuzzy_fusion_ros.nodes.parameters import PendulumParameters
 from fuzzy_fusion_ros.simulation.closed_loop import Reading, act, at_start, sense
 from fuzzy_fusion_ros.simulation.pendulum import Pendulum
 from fuzzy_fusion_ros.simulation.scenario import START_NS, samples_in, stamp_of
@@ -68,7 +68,7 @@ class SteppedRun:
         """Return what the controller is to act on, in rad; ``None`` if it is not there yet.
 
         Args:
-            name: One of :data:`fuzzy_fusion_ros.nodes.settings.FEEDBACKS`.
+            name: One of :data:`fuzzy_fusion_ros.nodes.parameters.FEEDBACKS`.
             estimate: The newest estimate, rad.
         """
         if name == "estimate" or self.reading is None:

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fuzzy_fusion_ros.paper.findings import (
+from fuzzy_fusion_ros.paper.checks import (
     SYMBOLS,
-    Finding,
+    CheckedClaim,
     Measured,
     above,
     below,
@@ -41,7 +41,7 @@ STEADY = 0.02
 SWING = "swing to both sides in the last 10 s, rad"
 
 
-def claims(results: Results, figures: Sequence[int]) -> list[Finding]:
+def claims(results: Results, figures: Sequence[int]) -> list[CheckedClaim]:
     """Return the claims about the given figures, in the order of the figures.
 
     Args:
@@ -57,7 +57,7 @@ def claims(results: Results, figures: Sequence[int]) -> list[Finding]:
     return sorted((f for f in found if f.figure in figures), key=lambda f: f.figure)
 
 
-def _about_responses(results: Results) -> list[Finding]:
+def _about_responses(results: Results) -> list[CheckedClaim]:
     return [
         above(
             7,
@@ -96,7 +96,7 @@ def _about_responses(results: Results) -> list[Finding]:
     ]
 
 
-def _about_estimates(results: Results) -> list[Finding]:
+def _about_estimates(results: Results) -> list[CheckedClaim]:
     errors = results.values("rmse", "aggregator") / results.values("signal", "aggregator")
     return [
         below(
@@ -149,7 +149,7 @@ def _about_estimates(results: Results) -> list[Finding]:
     ]
 
 
-def _about_sweep(results: Results, swept: str) -> list[Finding]:
+def _about_sweep(results: Results, swept: str) -> list[CheckedClaim]:
     symbol = SYMBOLS[swept][0]
     points = sweep_points(swept)
     found = []

@@ -6,27 +6,27 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from fuzzy_fusion_ros.paper.findings import Finding
+from fuzzy_fusion_ros.paper.checks import CheckedClaim
 from fuzzy_fusion_ros.paper.sweep import Outcome
 
 WORDS = {True: "holds", False: "FAILS", None: "–"}
 
 
-def findings_table(findings: Sequence[Finding], of: str, holds: str) -> str:
-    """Return findings as lines of text, two each: the claim, and what its value is.
+def findings_table(checked: Sequence[CheckedClaim], of: str, holds: str) -> str:
+    """Return checked as lines of text, two each: the claim, and what its value is.
 
-    Without findings there is no text at all.
+    Without checked there is no text at all.
 
     Args:
-        findings: What to show.
+        checked: What to show.
         of: What they are, for the header.
         holds: The word for one that does.
     """
-    if not findings:
+    if not checked:
         return ""
     words = {**WORDS, True: holds}
     rows = [("fig.", "", "value", "95 % interval", of)]
-    for each in findings:
+    for each in checked:
         low, high = each.interval
         interval = f"{low:.3g} … {high:.3g}"
         rows.append(
@@ -41,7 +41,7 @@ def findings_table(findings: Sequence[Finding], of: str, holds: str) -> str:
 
 
 def as_document(
-    outcomes: Iterable[Outcome], claims: Iterable[Finding], targets: Iterable[Finding]
+    outcomes: Iterable[Outcome], claims: Iterable[CheckedClaim], targets: Iterable[CheckedClaim]
 ) -> dict[str, Any]:
     """Return everything as a document for JSON; what is no number there is ``None``."""
     return {
@@ -63,11 +63,11 @@ def _run(outcome: Outcome) -> dict[str, Any]:
     }
 
 
-def _finding(finding: Finding) -> dict[str, Any]:
+def _finding(check: CheckedClaim) -> dict[str, Any]:
     return {
-        **finding._asdict(),
-        "value": _number(finding.value),
-        "interval": [_number(end) for end in finding.interval],
+        **check._asdict(),
+        "value": _number(check.value),
+        "interval": [_number(end) for end in check.interval],
     }
 
 

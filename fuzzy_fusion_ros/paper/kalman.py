@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fuzzy_fusion_ros.baselines.answers import estimated
+from fuzzy_fusion_ros.batch.series import Method
 from fuzzy_fusion_ros.core.estimator import Estimate
-from fuzzy_fusion_ros.core.parameter_tree import numbers
-from fuzzy_fusion_ros.core.series import Method
+from fuzzy_fusion_ros.parameters.group import numbers
 from fuzzy_fusion_ros.simulation.controller import Controller, at_rest, force, observe
 from fuzzy_fusion_ros.simulation.pendulum import Pendulum, integrate
 from fuzzy_fusion_ros.simulation.scenario import Scenario
@@ -52,7 +52,7 @@ class Knowledge(NamedTuple):
     force_noise: float
 
 
-class Belief(NamedTuple):
+class PlantBelief(NamedTuple):
     """What the filter keeps.
 
     Attributes:
@@ -74,12 +74,16 @@ def plant_kalman(scenario: Scenario) -> Method:
     return Method(observe_s2, update, knowledge, no_belief())
 
 
-def no_belief() -> Belief:
+def no_belief() -> PlantBelief:
     """Return the state before any sample."""
-    return Belief(samples=0, mean=np.zeros(4), covariance=np.zeros((4, 4)), controller=at_rest())
+    return PlantBelief(
+        samples=0, mean=np.zeros(4), covariance=np.zeros((4, 4)), controller=at_rest()
+    )
 
 
-def observe_s2(knowledge: Knowledge, belief: Belief, stamp_ns: int, value: float) -> Belief:
+def observe_s2(
+    knowledge: Knowledge, belief: PlantBelief, stamp_ns: int, value: float
+) -> PlantBelief:
     """Let a sample time pass, then take a sample of S2; the first starts the filter.
 
     Args:
@@ -94,7 +98,7 @@ def observe_s2(knowledge: Knowledge, belief: Belief, stamp_ns: int, value: float
     else:
         mean, covariance = predict(knowledge, belief)
         mean, covariance = correct(mean, covariance, row(LAGGED, LAGGED), value, variance)
-    return Belief(
+    return PlantBelief(
         samples=belief.samples + 1,
         mean=mean,
         covariance=covariance,
@@ -103,8 +107,8 @@ def observe_s2(knowledge: Knowledge, belief: Belief, stamp_ns: int, value: float
 
 
 def update(
-    knowledge: Knowledge, belief: Belief, stamp_ns: int, value: float
-) -> tuple[Estimate, Belief]:
+    knowledge: Knowledge, belief: PlantBelief, stamp_ns: int, value: float
+) -> tuple[Estimate, PlantBelief]:
     """Take a sample of S1, estimate the angle in rad, and control on it as the loop will."""
     variance = knowledge.scenario.s1_sensor.noise**2
     mean, covariance = correct(belief.mean, belief.covariance, row(ANGLE, BIAS), value, variance)
@@ -115,7 +119,7 @@ def update(
         knowledge.scenario.sample_time,
     )
     estimate = estimated(mean[ANGLE], 0.0)
-    return estimate, Belief(
+    return estimate, PlantBelief(
         samples=belief.samples, mean=mean, covariance=covariance, controller=controller
     )
 
@@ -133,7 +137,7 @@ def first_belief(s2: float, variance: float) -> tuple[Reals, Reals]:
     return mean, covariance
 
 
-def predict(knowledge: Knowledge, belief: Belief) -> tuple[Reals, Reals]:
+def predict(knowledge: Knowledge, belief: PlantBelief) -> tuple[Reals, Reals]:
     """Move mean and covariance over one sample time under the controller's force.
 
     The plant's own step moves the mean; its difference quotients stand for its derivatives.

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters
-from fuzzy_fusion_ros.core.parameter_tree import replace
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.core.series import Method, fusion
+from fuzzy_fusion_ros.batch.series import Method, fusion
 from fuzzy_fusion_ros.paper.kalman import plant_kalman
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.simulation.closed_loop import simulate
 from fuzzy_fusion_ros.simulation.scenario import Scenario
 

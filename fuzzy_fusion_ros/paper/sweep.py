@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fuzzy_fusion_ros.core.parameter_tree import replace
 from fuzzy_fusion_ros.paper.methods import Contender
+from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.simulation.closed_loop import Run, simulate
 from fuzzy_fusion_ros.simulation.scenario import Scenario
 

@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fuzzy_fusion_ros.core.errors import FusionError
 from fuzzy_fusion_ros.paper.methods import METHODS
 from fuzzy_fusion_ros.paper.results import Results
 from fuzzy_fusion_ros.paper.sweep import elapsed, sweep_points
+from fuzzy_fusion_ros.parameters.errors import FusionError
 from fuzzy_fusion_ros.simulation.closed_loop import Run
 
 Reals = NDArray[np.float64]

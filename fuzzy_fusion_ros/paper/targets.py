@@ -7,14 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fuzzy_fusion_ros.paper.claims import FIGURES
-from fuzzy_fusion_ros.paper.findings import (
-    Finding,
+from fuzzy_fusion_ros.paper.checks import (
+    CheckedClaim,
     Measured,
     mean_at_most,
     ratios,
     stated,
 )
+from fuzzy_fusion_ros.paper.claims import FIGURES
 from fuzzy_fusion_ros.paper.results import Results
 from fuzzy_fusion_ros.paper.sweep import NOMINAL, Point, sweep_points
 
@@ -29,7 +29,7 @@ AHEAD_OF_KALMAN = (
 """Where fusion is to be ahead even of a filter that knows the nominal plant and sensors."""
 
 
-def targets(results: Results, figures: Sequence[int]) -> list[Finding]:
+def targets(results: Results, figures: Sequence[int]) -> list[CheckedClaim]:
     """Return the targets about the given figures, in the order of the figures.
 
     Args:
@@ -43,7 +43,7 @@ def targets(results: Results, figures: Sequence[int]) -> list[Finding]:
     return sorted((f for f in found if f.figure in figures), key=lambda f: f.figure)
 
 
-def _at_nominal(results: Results) -> list[Finding]:
+def _at_nominal(results: Results) -> list[CheckedClaim]:
     iae = Measured("IAE of aggregator, rad s", results.mean("iae", "aggregator"))
     rmse = Measured("RMS error of aggregator, rad", results.mean("rmse", "aggregator"))
     return [
@@ -76,7 +76,7 @@ def _at_nominal(results: Results) -> list[Finding]:
     ]
 
 
-def _over_sweep(results: Results, swept: str) -> list[Finding]:
+def _over_sweep(results: Results, swept: str) -> list[CheckedClaim]:
     figure = FIGURES[swept][0]
     points = sweep_points(swept)
     return [
@@ -96,7 +96,7 @@ def _over_sweep(results: Results, swept: str) -> list[Finding]:
     ]
 
 
-def _against_kalman(results: Results, figure: int, point: Point) -> Finding:
+def _against_kalman(results: Results, figure: int, point: Point) -> CheckedClaim:
     (measured,) = ratios(results, "iae", "complete", ["kalman"], [point])
     if point in AHEAD_OF_KALMAN:
         return mean_at_most(figure, "fusion is ahead of that Kalman filter", measured, 1.0)

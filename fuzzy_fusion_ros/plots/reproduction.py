@@ -6,14 +6,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
-from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.paper.checks import CheckedClaim
 from fuzzy_fusion_ros.paper.claims import claims
-from fuzzy_fusion_ros.paper.findings import Finding
 from fuzzy_fusion_ros.paper.methods import Contender, contenders, warm_up
 from fuzzy_fusion_ros.paper.results import Results
 from fuzzy_fusion_ros.paper.sweep import NOMINAL, Outcome, points_of, simulate_at, sweep
 from fuzzy_fusion_ros.paper.tables import INSIDE, RESPONSES, SWEPT, table_of, write_csv
 from fuzzy_fusion_ros.paper.targets import targets
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.plots.contact_sheet import contact_sheet
 from fuzzy_fusion_ros.plots.paper_figures import draw
 from fuzzy_fusion_ros.plots.style import save, styled
@@ -36,8 +36,8 @@ class Reproduction(NamedTuple):
     """
 
     outcomes: list[Outcome]
-    claims: list[Finding]
-    targets: list[Finding]
+    claims: list[CheckedClaim]
+    targets: list[CheckedClaim]
 
 
 def reproduce(

@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from fuzzy_fusion_ros.core.errors import FusionError
+from fuzzy_fusion_ros.parameters.errors import FusionError
 
 COLOURS = MappingProxyType(
     {

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from fuzzy_fusion_ros.paper.findings import SYMBOLS
+from fuzzy_fusion_ros.paper.checks import SYMBOLS
 from fuzzy_fusion_ros.paper.sweep import NOMINAL, SWEEPS
 from fuzzy_fusion_ros.paper.tables import SWEPT, Table
 from fuzzy_fusion_ros.plots.canvas import canvas, outlined, put_legend, put_title

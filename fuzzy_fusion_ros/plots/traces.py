@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from fuzzy_fusion_ros.core.series import Reals
+from fuzzy_fusion_ros.batch.series import Reals
 from fuzzy_fusion_ros.plots.style import COLOURS, NAMES, new_figure, save, styled, with_unit
 from fuzzy_fusion_ros.scoring.score import Score
 

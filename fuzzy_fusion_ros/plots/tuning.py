@@ -10,11 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from fuzzy_fusion_ros.batch.series import Reals, Series, fusion, run
 from fuzzy_fusion_ros.core.aggregator import aggregate
 from fuzzy_fusion_ros.core.estimator import WAITING
 from fuzzy_fusion_ros.core.membership import large
-from fuzzy_fusion_ros.core.parameters import AggregatorParameters, BreakPoints, Parameters
-from fuzzy_fusion_ros.core.series import Reals, Series, fusion, run
+from fuzzy_fusion_ros.parameters.fusion import AggregatorParameters, BreakPoints, Parameters
 from fuzzy_fusion_ros.plots.style import COLOURS, NAMES, WIDTH_PX, save, styled, with_unit
 from fuzzy_fusion_ros.tuning import Tuned
 from fuzzy_fusion_ros.tuning.kernel import outputs
@@ -131,7 +131,7 @@ def _said(rules: AggregatorParameters, difference: float, rate: float, name: str
 def _draw_traces(axes: Axes, tuned: Tuned, series: Series, unit: str) -> None:
     """Draw a close-up where S2 moves most."""
     s1_s, _ = seconds(series)
-    span = min(_CLOSE_UP * tuned.found.s2_interval, tuned.found.span)
+    span = min(_CLOSE_UP * tuned.sensors.s2_interval, tuned.sensors.span)
     middle = _busiest(s1_s, held_s2(series), span)
     near = (s1_s >= middle - span / 2.0) & (s1_s <= middle + span / 2.0)
     shown = {

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fuzzy_fusion_ros.bag.recording import Track
+from fuzzy_fusion_ros.batch.series import Method, Reals, Series, Stamps, run
 from fuzzy_fusion_ros.core.estimator import WAITING, Estimate
-from fuzzy_fusion_ros.core.series import Method, Reals, Series, Stamps, run
+from fuzzy_fusion_ros.offline.recording import Track
 
 WORTH_COMPILING = 300_000
 """From so many samples on, compiling a method costs less time than it saves."""

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy_fusion_ros.core.errors import FusionError
-from fuzzy_fusion_ros.core.series import Reals
+from fuzzy_fusion_ros.batch.series import Reals
+from fuzzy_fusion_ros.parameters.errors import FusionError
 
 LAGS = 200
 """So many shifts each way are tried for the lag."""

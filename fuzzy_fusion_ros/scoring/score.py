@@ -10,18 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fuzzy_fusion_ros.bag import open_bag
-from fuzzy_fusion_ros.bag.recording import (
+from fuzzy_fusion_ros.baselines import BaselineParameters, baselines_for, methods
+from fuzzy_fusion_ros.batch.series import Reals, Series, Stamps, fusion
+from fuzzy_fusion_ros.core.estimator import WAITING
+from fuzzy_fusion_ros.offline.recording import (
+    Progress,
     Recording,
-    Through,
     Track,
     read_explanation,
     read_recording,
 )
-from fuzzy_fusion_ros.bag.roles import Topics
-from fuzzy_fusion_ros.baselines import BaselineParameters, baselines_for, methods
-from fuzzy_fusion_ros.core.estimator import WAITING
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.core.series import Reals, Series, Stamps, fusion
+from fuzzy_fusion_ros.offline.topics import Topics
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.scoring.join import held, interpolated, steps, values_of
 from fuzzy_fusion_ros.scoring.metrics import METRICS, REPORTED, Matched, ScoreError
 
@@ -92,7 +92,7 @@ def score_bag(
     baselines: BaselineParameters | Fit | None = None,
     start_s: float | None = None,
     end_s: float | None = None,
-    through: Through = lambda messages: messages,
+    progress: Progress = lambda messages: messages,
 ) -> Score:
     """Read a bag and score a span of it; all filters have run from its first message on.
 
@@ -104,7 +104,7 @@ def score_bag(
             derived from the recording unless given.
         start_s: Where to begin, seconds from the bag's first message.
         end_s: Where to end, before this.
-        through: Passes the messages on.
+        progress: Passes the messages on.
 
     Raises:
         BagError: The bag cannot be read, or S1, S2 or the truth is not in it.
@@ -113,9 +113,9 @@ def score_bag(
     """
     with open_bag(path) as bag:
         bag.require_topics(topics.s1, topics.s2, topics.truth)
-        recording = read_recording(bag, topics, parameters, None, end_s, through)
+        recording = read_recording(bag, topics, parameters, None, end_s, progress)
         if start_s is not None and _ends_before(recording, start_s):  # time jumped back before
-            recording = read_recording(bag, topics, parameters, start_s, end_s, through)
+            recording = read_recording(bag, topics, parameters, start_s, end_s, progress)
         behind = read_explanation(bag, topics, start_s, end_s)
     return score(recording, parameters, baselines, behind, start_s)
 

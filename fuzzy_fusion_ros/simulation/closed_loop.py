@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fuzzy_fusion_ros.core.compiled import compiled
+from fuzzy_fusion_ros.batch.compiled import compiled
+from fuzzy_fusion_ros.batch.series import Method, Trace, empty_trace, write
 from fuzzy_fusion_ros.core.estimator import observe_s2, update
-from fuzzy_fusion_ros.core.parameter_tree import numbers
-from fuzzy_fusion_ros.core.series import Method, Trace, empty_trace, write
+from fuzzy_fusion_ros.parameters.group import numbers
 from fuzzy_fusion_ros.simulation.controller import Controller, at_rest, force, observe
 from fuzzy_fusion_ros.simulation.pendulum import FALLEN, Pendulum, integrate
 from fuzzy_fusion_ros.simulation.scenario import Scenario, samples_in, stamp_of

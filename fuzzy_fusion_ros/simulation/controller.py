@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from fuzzy_fusion_ros.core.lag import lag_gain
+from fuzzy_fusion_ros.core.numerics import lag_gain
 from fuzzy_fusion_ros.simulation.scenario import ControllerParameters
 
 

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TypeVar
 
-from fuzzy_fusion_ros.core.parameter_tree import Group, group, real
-from fuzzy_fusion_ros.core.series import Stamps
+from fuzzy_fusion_ros.batch.series import Stamps
+from fuzzy_fusion_ros.parameters.group import Group, group, real
 
 Counts = TypeVar("Counts", int, Stamps)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fuzzy_fusion_ros.core.lag import lag_gain
+from fuzzy_fusion_ros.core.numerics import lag_gain
 from fuzzy_fusion_ros.simulation.scenario import LaggedParameters, WidebandParameters
 
 

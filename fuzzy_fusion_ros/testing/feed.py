@@ -7,11 +7,16 @@ from typing import TYPE_CHECKING
 from rclpy.duration import Duration
 from rclpy.publisher import Publisher
 
-from fuzzy_fusion_ros.core.clock import SECOND_NS
+from fuzzy_fusion_ros.core.numerics import SECOND_NS
 from fuzzy_fusion_ros.core.sample import Sample
-from fuzzy_fusion_ros.messages import InstalledTypes, ScalarCodec, blank, load_message_class
+from fuzzy_fusion_ros.messages import (
+    InstalledTypes,
+    ScalarCodec,
+    default_message,
+    load_message_class,
+)
 from fuzzy_fusion_ros.messages.outputs import POINT
-from fuzzy_fusion_ros.nodes.qos import ESTIMATE
+from fuzzy_fusion_ros.ros.qos import ESTIMATE
 
 if TYPE_CHECKING:
     from fuzzy_fusion_ros.testing.harness import Harness
@@ -57,7 +62,7 @@ class Feed:
         self._began = False
         types = InstalledTypes()
         self._codec = ScalarCodec(types, type_name, field)
-        self._template = self._codec.template(blank(types, type_name))
+        self._template = self._codec.template(default_message(types, type_name))
         self.s1 = harness.publisher(s1, type_name)
         self.s2 = harness.publisher(s2, type_name)
         self.estimates: list[Sample] = []

@@ -19,8 +19,8 @@ from rclpy.qos import QoSProfile
 from fuzzy_fusion_ros.messages import load_message_class
 from fuzzy_fusion_ros.messages.outputs import POINT
 from fuzzy_fusion_ros.nodes.fusion_node import FusionNode
-from fuzzy_fusion_ros.nodes.parameters import ConfiguredNode
-from fuzzy_fusion_ros.nodes.spinning import executor_for
+from fuzzy_fusion_ros.ros.node import ConfiguredNode
+from fuzzy_fusion_ros.ros.spinning import executor_for
 from fuzzy_fusion_ros.testing.domain import claimed_domain
 from fuzzy_fusion_ros.testing.feed import Feed
 from fuzzy_fusion_ros.testing.process import Process

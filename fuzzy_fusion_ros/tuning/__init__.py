@@ -1,7 +1,7 @@
 """Fitting to a recording: what the sensors are like, what to fit to, and how far to trust it.
 
 Read in the order of ``tune``: ``characterise`` the sensors, take the truth or make a
-``reference``, climb the ``ladder`` of settings with ``fit`` and ``search``, and fit the
+``reference``, cross_validate the ``ladder`` of settings with ``fit`` and ``search``, and fit the
 ``baselines`` alike.
 """
 

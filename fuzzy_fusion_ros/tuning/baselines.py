@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, Knob, baselines_for
-from fuzzy_fusion_ros.core.parameter_tree import Value, flatten, replace
-from fuzzy_fusion_ros.core.series import Method, Reals, Series, run
+from fuzzy_fusion_ros.batch.series import Method, Reals, Series, run
+from fuzzy_fusion_ros.parameters.group import Value, flatten, replace
 from fuzzy_fusion_ros.tuning.characterise import root_mean_square
 from fuzzy_fusion_ros.tuning.fit import Flags
-from fuzzy_fusion_ros.tuning.search import Found, Pool, Progress, Search
+from fuzzy_fusion_ros.tuning.search import Minimum, Pool, Progress, Search
 from fuzzy_fusion_ros.tuning.space import Axis, Space
 
 STARTS = MappingProxyType({0: (0.0,), 1: (0.0,), 2: (0.0, 0.15, -0.15), 3: (0.0, 0.15, -0.15)})
@@ -126,7 +126,7 @@ def fit_baselines_in(
             for each in attempts
         ]
     )
-    best: dict[str, tuple[Found, _Attempt]] = {}
+    best: dict[str, tuple[Minimum, _Attempt]] = {}
     for fit, attempt in zip(found, attempts, strict=True):
         if attempt.name not in best or fit.cost < best[attempt.name][0].cost:
             best[attempt.name] = fit, attempt

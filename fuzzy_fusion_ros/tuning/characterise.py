@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy_fusion_ros.core.series import Reals, Series
+from fuzzy_fusion_ros.batch.series import Reals, Series
 from fuzzy_fusion_ros.tuning.cleaning import (
     FEWEST_SPIKES,
     white_noise,

@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 
-from fuzzy_fusion_ros.core.series import Reals
+from fuzzy_fusion_ros.batch.series import Reals
 from fuzzy_fusion_ros.tuning.smoothing import smoothed
 
 TELLING = 5

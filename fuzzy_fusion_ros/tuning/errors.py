@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fuzzy_fusion_ros.core.errors import FusionError
+from fuzzy_fusion_ros.parameters.errors import FusionError
 
 
 class TuneError(FusionError):

@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fuzzy_fusion_ros.core.parameter_tree import replace
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.core.series import Reals, Series
+from fuzzy_fusion_ros.batch.series import Reals, Series
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.tuning.characterise import root_mean_square
 from fuzzy_fusion_ros.tuning.kernel import outputs
-from fuzzy_fusion_ros.tuning.search import Found, Pool, Search
+from fuzzy_fusion_ros.tuning.search import Minimum, Pool, Search
 from fuzzy_fusion_ros.tuning.space import Space
 
 Flags = NDArray[np.bool_]
@@ -65,7 +65,7 @@ class Evaluations(NamedTuple):
     part: int
 
 
-class Setting(NamedTuple):
+class FitSpec(NamedTuple):
     """A structure to fit: what may move, from where, and where to when in doubt.
 
     Attributes:
@@ -90,7 +90,7 @@ class Setting(NamedTuple):
 
 
 def cost_of(
-    problem: Problem, setting: Setting, counted: Flags | None = None
+    problem: Problem, setting: FitSpec, counted: Flags | None = None
 ) -> Callable[[Reals], float]:
     """Return what a fit makes small: the misfit, more the further from home it is.
 
@@ -110,8 +110,8 @@ def cost_of(
 
 
 def fits(
-    problem: Problem, settings: Sequence[Setting], pool: Pool, seed: Sequence[int]
-) -> list[Found]:
+    problem: Problem, settings: Sequence[FitSpec], pool: Pool, seed: Sequence[int]
+) -> list[Minimum]:
     """Fit several settings side by side; the best of each.
 
     Args:
@@ -146,5 +146,5 @@ def fits(
     return [min(each, key=_cost) for each in ended]
 
 
-def _cost(found: Found) -> float:
-    return found.cost
+def _cost(minimum: Minimum) -> float:
+    return minimum.cost

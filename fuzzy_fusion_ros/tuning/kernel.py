@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fuzzy_fusion_ros.batch.compiled import compiled
+from fuzzy_fusion_ros.batch.series import Reals, Series
 from fuzzy_fusion_ros.core.aggregator import SlowSensor, aggregate, no_slow_sensor, observe_slow
-from fuzzy_fusion_ros.core.compiled import compiled
 from fuzzy_fusion_ros.core.conditioning import Conditioned, condition, unconditioned
 from fuzzy_fusion_ros.core.estimator import FUSED, mode_at
-from fuzzy_fusion_ros.core.parameter_tree import numbers
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.core.series import Reals, Series
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import numbers
 
 
 class Output(NamedTuple):

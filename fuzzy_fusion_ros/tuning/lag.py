@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fuzzy_fusion_ros.core.series import Reals
+from fuzzy_fusion_ros.batch.series import Reals
 from fuzzy_fusion_ros.tuning.smoothing import lagged
 
 LONGEST = 5.0

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy_fusion_ros.core.series import Reals, Series
+from fuzzy_fusion_ros.batch.series import Reals, Series
 from fuzzy_fusion_ros.tuning.characterise import Characteristics, root_mean_square
 from fuzzy_fusion_ros.tuning.cleaning import without_noise, without_spikes
 from fuzzy_fusion_ros.tuning.lag import read_through
@@ -41,7 +41,7 @@ class _Smoothing(NamedTuple):
         return smoothed(s2_s, error, self.time_constant, self.straight)
 
 
-def reference_without_truth(series: Series, found: Characteristics) -> Reals:
+def reference_without_truth(series: Series, sensors: Characteristics) -> Reals:
     """Return the signal as hindsight tells it, at each S1 sample, shape (n,).
 
     Where S1 has nothing to do with S2 that is S2 as it comes. Where S1 as it is predicts S2, or
@@ -51,27 +51,27 @@ def reference_without_truth(series: Series, found: Characteristics) -> Reals:
         series: The recording.
         found: What its sensors are like.
     """
-    if not found.related:
+    if not sensors.related:
         return held_s2(series)
     s1_s, s2_s = seconds(series)
     s1 = without_spikes(series.s1)[0]
-    clean = without_noise(s1_s, s1, found.s2_interval)
-    error = read_through(found.lag, s1_s, clean, s2_s) - series.s2
-    smoothing = _best_smoothing(s2_s, error, found)
+    clean = without_noise(s1_s, s1, sensors.s2_interval)
+    error = read_through(sensors.lag, s1_s, clean, s2_s) - series.s2
+    smoothing = _best_smoothing(s2_s, error, sensors)
     if root_mean_square(error) <= _NEARLY * smoothing.misfit:
         return clean  # S1 as it is predicts S2 as well as S1 less any bias
     bias = smoothing.of(s2_s, error)
-    return clean - np.interp(s1_s, s2_s - found.lag.total, bias)
+    return clean - np.interp(s1_s, s2_s - sensors.lag.total, bias)
 
 
-def _best_smoothing(s2_s: Reals, error: Reals, found: Characteristics) -> _Smoothing:
+def _best_smoothing(s2_s: Reals, error: Reals, sensors: Characteristics) -> _Smoothing:
     """Return the longest of the smoothings that predict the bias across a hole well.
 
     A constant is the longest of all.
     """
-    hole = max(3.0 * found.lag.total, 1.5 * found.s2_interval)
+    hole = max(3.0 * sensors.lag.total, 1.5 * sensors.s2_interval)
     times = np.geomspace(
-        0.1 * found.s2_interval, max(100.0 * found.s2_interval, 60.0), _SMOOTHING_TIMES
+        0.1 * sensors.s2_interval, max(100.0 * sensors.s2_interval, 60.0), _SMOOTHING_TIMES
     )
     tried = [
         _Smoothing(

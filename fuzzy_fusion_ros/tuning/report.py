@@ -7,36 +7,37 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy_fusion_ros.core.parameter_tree import flatten
+from fuzzy_fusion_ros.parameters.group import flatten
+from fuzzy_fusion_ros.tuning.candidates import LOST_AFTER
 from fuzzy_fusion_ros.tuning.characterise import Characteristics
 from fuzzy_fusion_ros.tuning.lag import TRUSTED
-from fuzzy_fusion_ros.tuning.settings import LOST_AFTER
 from fuzzy_fusion_ros.tuning.tune import Tuned
 
 
-def described(found: Characteristics, unit: str) -> list[str]:
+def described(sensors: Characteristics, unit: str) -> list[str]:
     """Return what the sensors are like, one line each.
 
     Args:
-        found: What they are like.
+        sensors: Their characteristics.
         unit: Unit of the signal, ``""`` where it is not known.
     """
     u = f" {unit}" if unit else ""
     per_s = f" {unit}/s" if unit and "/" not in unit else f" ({unit})/s" if unit else " a second"
     return [
-        f"S1: {1.0 / found.s1_interval:.3g} Hz, white noise of {found.s1_noise:.3g}{u} (standard "
-        f"deviation), {_spikes(found)}",
-        f"S2: {1.0 / found.s2_interval:.3g} Hz{_gap(found)}; it changes by {found.rate:.3g}{per_s} "
-        "(root mean square)",
-        f"S2 lags {found.lag.total:.2g} s behind S1: a delay of {found.lag.delay:.2g} s, then a "
-        f"time constant of {found.lag.time_constant:.2g} s{_trust(found)}",
-        f"S1's bias is {found.bias:+.3g}{u} on the average; it drifts by {found.drift:+.2g}{per_s} "
-        f"and wanders by {found.wander:.3g}{u} about that",
-        f"S1 and S2 are typically {found.difference:.3g}{u} apart",
+        f"S1: {1.0 / sensors.s1_interval:.3g} Hz, white noise of {sensors.s1_noise:.3g}{u} "
+        f"(standard deviation), {_spikes(sensors)}",
+        f"S2: {1.0 / sensors.s2_interval:.3g} Hz{_gap(sensors)}; "
+        f"it changes by {sensors.rate:.3g}{per_s} (root mean square)",
+        f"S2 lags {sensors.lag.total:.2g} s behind S1: a delay of {sensors.lag.delay:.2g} s, "
+        f"then a time constant of {sensors.lag.time_constant:.2g} s{_trust(sensors)}",
+        f"S1's bias is {sensors.bias:+.3g}{u} on the average; "
+        f"it drifts by {sensors.drift:+.2g}{per_s} and wanders by {sensors.wander:.3g}{u} about "
+        "that",
+        f"S1 and S2 are typically {sensors.difference:.3g}{u} apart",
     ]
 
 
-def ladder_lines(tuned: Tuned, unit: str) -> list[str]:
+def candidate_lines(tuned: Tuned, unit: str) -> list[str]:
     """Return the ladder and the baselines as the lines of a table.
 
     Args:
@@ -92,9 +93,9 @@ def comments(tuned: Tuned, unit: str, origin: str) -> Iterator[str]:
     """
     yield f"Made by tune from {origin}."
     yield ""
-    yield from described(tuned.found, unit)
+    yield from described(tuned.sensors, unit)
     yield ""
-    yield from ladder_lines(tuned, unit)
+    yield from candidate_lines(tuned, unit)
     yield ""
     yield outcome(tuned, unit)
     yield f"s2.timeout is {LOST_AFTER:g} intervals of S2; then conditioned S1 goes on alone."
@@ -108,13 +109,13 @@ def as_json(tuned: Tuned, unit: str) -> dict[str, Any]:
         tuned: What came out.
         unit: Unit of the signal, ``""`` where it is not known.
     """
-    found = tuned.found._asdict()
-    found["lag"] = tuned.found.lag._asdict()
+    sensors = tuned.sensors._asdict()
+    sensors["lag"] = tuned.sensors.lag._asdict()
     return {
         "unit": unit or None,
         "with_truth": tuned.with_truth,
         "samples": int(np.count_nonzero(tuned.counted)),
-        "characteristics": found,
+        "characteristics": sensors,
         "ladder": [
             {"setting": each.name, "fitted_rmse": each.fitted, "unseen_rmse": each.unseen}
             for each in tuned.steps
@@ -130,21 +131,21 @@ def as_json(tuned: Tuned, unit: str) -> dict[str, Any]:
     }
 
 
-def _spikes(found: Characteristics) -> str:
-    if found.has_spikes:
-        return f"{100.0 * found.spike_share:.2g} % spikes, which are rejected"
+def _spikes(sensors: Characteristics) -> str:
+    if sensors.has_spikes:
+        return f"{100.0 * sensors.spike_share:.2g} % spikes, which are rejected"
     return "no spikes"
 
 
-def _gap(found: Characteristics) -> str:
-    if found.s2_gap > LOST_AFTER * found.s2_interval:
-        return f", with gaps of up to {found.s2_gap:.3g} s"
+def _gap(sensors: Characteristics) -> str:
+    if sensors.s2_gap > LOST_AFTER * sensors.s2_interval:
+        return f", with gaps of up to {sensors.s2_gap:.3g} s"
     return ""
 
 
-def _trust(found: Characteristics) -> str:
-    correlation = found.lag.correlation
-    if not found.related:
+def _trust(sensors: Characteristics) -> str:
+    correlation = sensors.lag.correlation
+    if not sensors.related:
         return (
             f"; that means nothing: S1 and S2 have no more in common than chance gives "
             f"(correlation {correlation:.2f})"

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import differential_evolution
 
-from fuzzy_fusion_ros.core.series import Reals
+from fuzzy_fusion_ros.batch.series import Reals
 
 MEMBERS = 20
 """Points that differential evolution keeps."""
@@ -46,7 +46,7 @@ class Search(NamedTuple):
     seed: tuple[int, ...]
 
 
-class Found(NamedTuple):
+class Minimum(NamedTuple):
     """The best that a run has found.
 
     Attributes:
@@ -58,12 +58,12 @@ class Found(NamedTuple):
     point: Reals
 
 
-def minimise(search: Search) -> Found:
+def minimise(search: Search) -> Minimum:
     """Run the optimiser; never worse than the start."""
     generator = np.random.default_rng(search.seed)
     start = np.clip(search.start, 0.0, 1.0)
     if start.size == 0 or search.evaluations < 2 * MEMBERS:
-        return Found(search.cost(start), start)
+        return Minimum(search.cost(start), start)
     cloud = start + search.spread * generator.standard_normal((MEMBERS, start.size))
     cloud[0] = start
     best = differential_evolution(
@@ -75,7 +75,7 @@ def minimise(search: Search) -> Found:
         polish=False,
         seed=generator,
     )
-    return Found(float(best.fun), np.asarray(best.x, np.float64))
+    return Minimum(float(best.fun), np.asarray(best.x, np.float64))
 
 
 class Stopped(Exception):
@@ -114,12 +114,14 @@ class Pool:
         self._stop.set()
         self._executor.shutdown(cancel_futures=True)
 
-    def run(self, searches: Sequence[Search]) -> list[Found]:
+    def run(self, searches: Sequence[Search]) -> list[Minimum]:
         """Run several searches, side by side; the answers are in their order."""
-        futures: list[Future[Found]] = [self._executor.submit(self._run, each) for each in searches]
+        futures: list[Future[Minimum]] = [
+            self._executor.submit(self._run, each) for each in searches
+        ]
         return [each.result() for each in futures]
 
-    def _run(self, search: Search) -> Found:
+    def _run(self, search: Search) -> Minimum:
         asked = 0
 
         def cost(point: Reals) -> float:

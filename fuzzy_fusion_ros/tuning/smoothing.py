@@ -10,9 +10,9 @@ import math
 
 import numpy as np
 
-from fuzzy_fusion_ros.core.compiled import compiled
-from fuzzy_fusion_ros.core.lag import lag_gain
-from fuzzy_fusion_ros.core.series import Reals
+from fuzzy_fusion_ros.batch.compiled import compiled
+from fuzzy_fusion_ros.batch.series import Reals
+from fuzzy_fusion_ros.core.numerics import lag_gain
 
 _SPANS_A_LINE = 1e-3
 """Points whose spread is a smaller share than this of their distance do not tell a slope."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy_fusion_ros.core.series import Reals
+from fuzzy_fusion_ros.batch.series import Reals
 from fuzzy_fusion_ros.tuning.characterise import TINY, Characteristics
 
 NEVER = 1e9
@@ -73,53 +73,53 @@ class Space(NamedTuple):
 
     def values(self, point: Reals) -> dict[str, float]:
         """Return the parameters at a point, by dotted name, those that are set included."""
-        found = {
+        sensors = {
             each.name: each.value(float(place))
             for each, place in zip(self.axes, point, strict=True)
         }
         for each in self.axes:
             if each.share_of:
-                found[each.name] *= found[each.share_of]
-        return {**self.fixed, **found}
+                sensors[each.name] *= sensors[each.share_of]
+        return {**self.fixed, **sensors}
 
 
 WEIGHTS = ("very_small", "small", "large", "very_large")
 
 
-def aggregator_axes(found: Characteristics) -> list[Axis]:
+def aggregator_axes(sensors: Characteristics) -> list[Axis]:
     """Return the axes of the aggregator's rules."""
     usual = dict(zip(WEIGHTS, (0.1, 0.3, 0.6, 0.8), strict=True))
     return [
-        *_ramp("aggregator.difference", 0.03, found.difference),
-        *_ramp("aggregator.rate", 0.01, found.rate),
-        _around("aggregator.rate_time_constant", 0.3 * found.s2_interval, 0.1, 100.0),
+        *_ramp("aggregator.difference", 0.03, sensors.difference),
+        *_ramp("aggregator.rate", 0.01, sensors.rate),
+        _around("aggregator.rate_time_constant", 0.3 * sensors.s2_interval, 0.1, 100.0),
         *(Axis(f"aggregator.weight.{each}", 0.0, 1.0, usual[each], False) for each in WEIGHTS),
         Axis(
             "aggregator.drift.large",
             0.0,
-            4.0 * found.difference,
-            0.05 * found.difference,
+            4.0 * sensors.difference,
+            0.05 * sensors.difference,
             logarithmic=False,
         ),
     ]
 
 
-def filter_axes(found: Characteristics) -> list[Axis]:
+def filter_axes(sensors: Characteristics) -> list[Axis]:
     """Return the axes of S1's low-pass and bias, of S2's lag, and of spikes where there are any."""
-    shortest = 0.1 * found.s1_interval
-    lag = found.lag
+    shortest = 0.1 * sensors.s1_interval
+    lag = sensors.lag
     axes = [
         Axis(
             "s1.lowpass_time_constant",
-            0.3 * found.s1_interval,
-            max(300.0 * found.s1_interval, found.s2_interval),
-            2.0 * found.s1_interval,
+            0.3 * sensors.s1_interval,
+            max(300.0 * sensors.s1_interval, sensors.s2_interval),
+            2.0 * sensors.s1_interval,
         ),
         Axis(
             "s1.bias_time_constant",
-            0.03 * found.s2_interval,
-            max(300.0 * found.s2_interval, 100.0),
-            max(10.0 * found.s2_interval, 5.0),
+            0.03 * sensors.s2_interval,
+            max(300.0 * sensors.s2_interval, 100.0),
+            max(10.0 * sensors.s2_interval, 5.0),
         ),
         Axis(
             "s2.lag_time_constant",
@@ -129,20 +129,20 @@ def filter_axes(found: Characteristics) -> list[Axis]:
         ),
         Axis("s2.delay", shortest, max(3.0 * lag.delay, 1.0, 2.0 * shortest), lag.delay),
     ]
-    if found.has_spikes:
-        scale = max(found.spike_scale, TINY)
+    if sensors.has_spikes:
+        scale = max(sensors.spike_scale, TINY)
         axes.append(Axis("s1.spike_threshold", 2.0 * scale, 1e3 * scale, 8.0 * scale))
     return axes
 
 
-def learning_axes(found: Characteristics) -> list[Axis]:
+def learning_axes(sensors: Characteristics) -> list[Axis]:
     """Return the axes of how the fuzzy rules and the drift steer the conditioning."""
     return [
         Axis("s1.bias_moving_share", 0.0, 1.0, 0.2, logarithmic=False),
         Axis(
             "s1.drift_time_constant", SLOPE_OVER_BIAS, 1e3, 10.0, share_of="s1.bias_time_constant"
         ),
-        _around("s1.trend_time_constant", 100.0 * found.s1_interval, 0.01, 10.0),
+        _around("s1.trend_time_constant", 100.0 * sensors.s1_interval, 0.01, 10.0),
     ]
 
 

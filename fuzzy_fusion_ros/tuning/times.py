@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fuzzy_fusion_ros.core.series import Reals, Series, Stamps
+from fuzzy_fusion_ros.batch.series import Reals, Series, Stamps
 
 LONGEST_STEP = 10
 """A step of more than this many usual ones is a gap."""

@@ -1,4 +1,4 @@
-"""The whole of a fit: characterise, find a target, climb the ladder, fit the baselines alike."""
+"""Tuning: characterise the sensors, choose a target, cross-validate candidates, fit baselines."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy_fusion_ros.baselines import BaselineParameters
-from fuzzy_fusion_ros.core.parameter_tree import flatten, replace
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.core.series import Reals, Series, fusion, run
-from fuzzy_fusion_ros.tuning import baselines, ladder
+from fuzzy_fusion_ros.batch.series import Reals, Series, fusion, run
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import flatten, replace
+from fuzzy_fusion_ros.tuning import baselines, model_selection
 from fuzzy_fusion_ros.tuning.characterise import (
     FEWEST_S1,
     Characteristics,
@@ -21,7 +21,7 @@ from fuzzy_fusion_ros.tuning.characterise import (
 from fuzzy_fusion_ros.tuning.errors import TuneError
 from fuzzy_fusion_ros.tuning.fit import Flags, Problem
 from fuzzy_fusion_ros.tuning.kernel import outputs
-from fuzzy_fusion_ros.tuning.ladder import Step
+from fuzzy_fusion_ros.tuning.model_selection import FittedCandidate
 from fuzzy_fusion_ros.tuning.reference import reference_without_truth
 from fuzzy_fusion_ros.tuning.search import Pool, Progress
 
@@ -55,7 +55,7 @@ class Tuned(NamedTuple):
         with_truth: Whether it was fitted to a truth.
         target: What it was fitted to, at each S1 sample, shape (n,), NaN where unknown.
         counted: Where that counts, shape (n,).
-        steps: The ladder, the preferred first.
+        steps: The candidates as fitted, in order of preference.
         chosen: Name of the setting that was taken.
         before: The parameters before.
         before_error: Root mean square error with them, unit of the signal.
@@ -65,11 +65,11 @@ class Tuned(NamedTuple):
         baseline_errors: Root mean square error of each by its name.
     """
 
-    found: Characteristics
+    sensors: Characteristics
     with_truth: bool
     target: Reals
     counted: Flags
-    steps: tuple[Step, ...]
+    steps: tuple[FittedCandidate, ...]
     chosen: str
     before: Parameters
     before_error: float
@@ -103,28 +103,30 @@ def tune(
         TuneError: There is too little to fit to.
     """
     before = parameters or Parameters()
-    found = characterise(series)
+    sensors = characterise(series)
     known = series.s2_known > 0
-    target = reference_without_truth(series, found) if truth is None else truth
+    target = reference_without_truth(series, sensors) if truth is None else truth
     counted = known & np.isfinite(target)
     if np.count_nonzero(counted) < FEWEST_S1:
         raise TuneError(
             f"got {np.count_nonzero(counted)} samples of S1 beside a truth, expected "
             f"{FEWEST_S1} at least: do their stamps overlap?"
         )
-    base = replace(before, {"s1.timeout": max(before.s1.timeout, S1_PATIENCE * found.s1_interval)})
+    base = replace(
+        before, {"s1.timeout": max(before.s1.timeout, S1_PATIENCE * sensors.s1_interval)}
+    )
     problem = Problem(series, target, counted, base)
     outputs(base, series)  # compiled here, so that no thread waits for another
     baselines.warm_up(series)
-    planned = ladder.planned(found) + baselines.planned(series)
+    planned = model_selection.planned(sensors) + baselines.planned(series)
     with Pool(threads, progress, planned) as pool:
-        steps = ladder.climb(problem, found, pool, seed)
+        steps = model_selection.cross_validate(problem, sensors, pool, seed)
         fitted = baselines.fit_baselines_in(pool, series, target, counted, seed)
-    step = ladder.chosen(steps)
-    final = watchful(problem, simplified(problem, step.parameters))
+    step = model_selection.chosen(steps)
+    final = shorten_bias_time_constant(problem, simplified(problem, step.parameters))
     after = with_predictor(problem, rounded(problem, final))
     return Tuned(
-        found=found,
+        sensors=sensors,
         with_truth=truth is not None,
         target=target,
         counted=counted,
@@ -162,7 +164,7 @@ def simplified(problem: Problem, parameters: Parameters) -> Parameters:
     return parameters
 
 
-def watchful(problem: Problem, parameters: Parameters) -> Parameters:
+def shorten_bias_time_constant(problem: Problem, parameters: Parameters) -> Parameters:
     """Let the bias be learnt as quickly as costs next to nothing.
 
     A recording in which S1 hardly drifts asks for slow learning, which a drift that comes later
@@ -207,7 +209,7 @@ def with_predictor(problem: Problem, parameters: Parameters) -> Parameters:
         problem: What was fitted.
         parameters: The result, so far without predictor.
     """
-    blocks = ladder.blocks_of(problem.counted)
+    blocks = model_selection.blocks_of(problem.counted)
     off = replace(parameters, {"predictor.enabled": False})
     without = _block_errors(problem, off, blocks)
     best, least = off, BETTER_BY * math.sqrt(np.mean(np.square(without)))

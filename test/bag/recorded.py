@@ -9,9 +9,9 @@ from typing import NamedTuple
 from bag.making import POINT, point_data
 
 from fuzzy_fusion_ros.bag import BagMessage, BagWriter, open_bag
-from fuzzy_fusion_ros.bag.recording import Recording, read_recording
-from fuzzy_fusion_ros.bag.roles import Topics
-from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.offline.recording import Recording, read_recording
+from fuzzy_fusion_ros.offline.topics import Topics
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 SECOND = 1_000_000_000
 BEGIN_NS = 1_700_000_000 * SECOND

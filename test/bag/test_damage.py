@@ -29,7 +29,7 @@ from mcap.writer import CompressionType
 from rosbags.rosbag2 import StoragePlugin
 
 from fuzzy_fusion_ros.bag import BagMessage, BagWriter, Definition, open_bag
-from fuzzy_fusion_ros.core.errors import BagError, FusionError, MessageError
+from fuzzy_fusion_ros.parameters.errors import BagError, FusionError, MessageError
 
 PER_CHUNK = 101  # ours are written as soon as they span a second
 MESSAGES = points(4 * PER_CHUNK, ["/s1", "/s2", "/s1"])

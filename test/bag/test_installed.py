@@ -12,7 +12,7 @@ from bag.making import POINT
 
 from fuzzy_fusion_ros.bag import BagTypes, BagWriter, Definition, Topic, open_bag
 from fuzzy_fusion_ros.bag.installed import installed_definition
-from fuzzy_fusion_ros.core.errors import BagError
+from fuzzy_fusion_ros.parameters.errors import BagError
 
 
 @pytest.fixture

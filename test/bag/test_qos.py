@@ -12,7 +12,7 @@ from rosbags.rosbag2.metadata import dump_qos_v8, parse_qos
 
 from fuzzy_fusion_ros.bag import QosProfile
 from fuzzy_fusion_ros.bag.qos import INFINITE_NS, qos_from_rosbag2, qos_to_text
-from fuzzy_fusion_ros.core.errors import BagError
+from fuzzy_fusion_ros.parameters.errors import BagError
 
 DURATIONS = st.integers(0, INFINITE_NS)
 PROFILES = st.builds(

@@ -29,7 +29,7 @@ from mcap.writer import CompressionType, IndexType
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from fuzzy_fusion_ros.bag import BagMessage, BagWriter, open_bag
-from fuzzy_fusion_ros.core.errors import BagError
+from fuzzy_fusion_ros.parameters.errors import BagError
 
 Write = Callable[[Path, list[BagMessage]], Path]
 

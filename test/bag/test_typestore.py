@@ -22,8 +22,8 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Byte, ByteMultiArray, Empty, Float64MultiArray
 
 from fuzzy_fusion_ros.bag import BagTypes, Definition, Topic, jazzy_types, serialize
-from fuzzy_fusion_ros.core.errors import BagError, MessageError
 from fuzzy_fusion_ros.messages import FieldType, ScalarCodec, load_message_class
+from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
 
 PACKAGES = (
     "builtin_interfaces",

@@ -40,7 +40,7 @@ from fuzzy_fusion_ros.bag import (
     open_bag,
     writer,
 )
-from fuzzy_fusion_ros.core.errors import BagError
+from fuzzy_fusion_ros.parameters.errors import BagError
 
 HASH = "RIHS01_4c0296af86e01e562e9e0405d138a01537247580076c58ea38d7923ac1045897"
 
@@ -486,7 +486,7 @@ import resource, signal, sys
 sys.path.insert(0, {str(Path(__file__).parents[1])!r})
 from bag.making import points
 from fuzzy_fusion_ros.bag import BagWriter
-from fuzzy_fusion_ros.core.errors import BagError
+from fuzzy_fusion_ros.parameters.errors import BagError
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # a write past the limit fails, as on a full disk
 bag = BagWriter(sys.argv[1])
 soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from reference import signals
 
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, methods
+from fuzzy_fusion_ros.batch.series import Method, Series, run
 from fuzzy_fusion_ros.core.estimator import FUSED, WAITING
-from fuzzy_fusion_ros.core.parameter_tree import flatten, replace
-from fuzzy_fusion_ros.core.series import Method, Series, run
+from fuzzy_fusion_ros.parameters.group import flatten, replace
 
 SECOND = 1_000_000_000
 METHODS = methods(BaselineParameters())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fuzzy_fusion_ros.baselines import ConstantWeightParameters, constant_weight
-from fuzzy_fusion_ros.core.errors import ParameterError
+from fuzzy_fusion_ros.parameters.errors import ParameterError
 
 SECOND = 1_000_000_000
 

@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 
 from fuzzy_fusion_ros.baselines import BaselineParameters, baselines_for
 from fuzzy_fusion_ros.baselines.defaults import lag_between
-from fuzzy_fusion_ros.core.series import Series
+from fuzzy_fusion_ros.batch.series import Series
 
 SECOND = 1_000_000_000
 

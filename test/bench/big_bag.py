@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fuzzy_fusion_ros.bag import BagWriter, jazzy_types
-from fuzzy_fusion_ros.core.clock import SECOND_NS
+from fuzzy_fusion_ros.core.numerics import SECOND_NS
 from fuzzy_fusion_ros.messages.cdr import CdrWriter
 from fuzzy_fusion_ros.messages.outputs import POINT, point_template
 

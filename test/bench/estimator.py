@@ -13,8 +13,8 @@ from bench.other_rules import in_scikit_fuzzy, in_simpful
 from bench.table import Aim, Row, at_most
 from fuzzy_fusion_ros.core.aggregator import aggregate
 from fuzzy_fusion_ros.core.estimator import initial_state, observe_s2, update
-from fuzzy_fusion_ros.core.parameter_tree import replace
-from fuzzy_fusion_ros.core.parameters import AggregatorParameters, Parameters
+from fuzzy_fusion_ros.parameters.fusion import AggregatorParameters, Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 
 STEP_NS = 10_000_000
 S2_EVERY = 10

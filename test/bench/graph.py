@@ -13,7 +13,7 @@ from rclpy.context import Context
 from rclpy.executors import Executor
 from rclpy.node import Node
 
-from fuzzy_fusion_ros.nodes.spinning import executor_for
+from fuzzy_fusion_ros.ros.spinning import executor_for
 from fuzzy_fusion_ros.testing import claimed_domain
 
 PATIENCE = 60.0

@@ -20,7 +20,7 @@ from bench.measuring import compared, interleaved
 from bench.relay import EVENTS
 from bench.table import Row, at_least
 from fuzzy_fusion_ros.nodes.pendulum_node import PendulumNode
-from fuzzy_fusion_ros.nodes.qos import ESTIMATE, OUTPUT
+from fuzzy_fusion_ros.ros.qos import ESTIMATE, OUTPUT
 
 SAMPLE_TIME = 0.01
 FIRST_TURNS = 10

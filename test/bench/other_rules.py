@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fuzzy_fusion_ros.core.parameters import AggregatorParameters, BreakPoints
+from fuzzy_fusion_ros.parameters.fusion import AggregatorParameters, BreakPoints
 
 Inference = Callable[[float, float], tuple[float, float]]
 """Takes difference and rate; returns weight and drift."""

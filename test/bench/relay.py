@@ -14,9 +14,9 @@ from rclpy.context import Context
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 
-from fuzzy_fusion_ros.nodes.qos import ESTIMATE, input_profile
-from fuzzy_fusion_ros.nodes.runtime import POLL, Stop
-from fuzzy_fusion_ros.nodes.spinning import executor_for
+from fuzzy_fusion_ros.ros.process import POLL, Stop
+from fuzzy_fusion_ros.ros.qos import ESTIMATE, input_profile
+from fuzzy_fusion_ros.ros.spinning import executor_for
 
 DEFAULT, EVENTS = "default", "events"
 """rclpy's own executor, and the one that fusion_node runs on."""

@@ -6,9 +6,9 @@ import sys
 from pathlib import Path
 
 from fuzzy_fusion_ros.bag import open_bag
-from fuzzy_fusion_ros.bag.replay import replay
-from fuzzy_fusion_ros.bag.roles import Topics
-from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.offline.replay import replay
+from fuzzy_fusion_ros.offline.topics import Topics
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 
 def main() -> None:

@@ -15,12 +15,12 @@ from bench.estimator import COMPLETE, FA
 from bench.measuring import compared, cpu_seconds, interleaved
 from bench.table import Row, at_least
 from fuzzy_fusion_ros.bag import open_bag
-from fuzzy_fusion_ros.bag.replay import replay
-from fuzzy_fusion_ros.bag.roles import Topics
-from fuzzy_fusion_ros.core.fusion import Fusion
-from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.messages import ScalarCodec
 from fuzzy_fusion_ros.messages.outputs import POINT
+from fuzzy_fusion_ros.offline.replay import replay
+from fuzzy_fusion_ros.offline.topics import Topics
+from fuzzy_fusion_ros.online.fusion import Fusion
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 BAGS = {
     "pendulum's five topics": RECORDING,

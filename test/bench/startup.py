@@ -28,7 +28,7 @@ Times = tuple[float, float]
 
 
 class Sender:
-    """Sends both sensors all the time, and notes when an answer comes."""
+    """Sends both found all the time, and notes when an answer comes."""
 
     def __init__(self, graph: Graph) -> None:
         self._graph = graph

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from fuzzy_fusion_ros.bag.roles import Topics
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.status import UsageError
-from fuzzy_fusion_ros.core.errors import ParameterError
-from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.offline.topics import Topics
+from fuzzy_fusion_ros.parameters.errors import ParameterError
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from bag.recorded import swing, write_scalars
 from tuning.quick import be_quick
 
 from fuzzy_fusion_ros.cli.score import baselines_of, main
-from fuzzy_fusion_ros.core.errors import ParameterError
+from fuzzy_fusion_ros.parameters.errors import ParameterError
 
 
 @pytest.fixture(autouse=True)

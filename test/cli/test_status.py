@@ -22,7 +22,7 @@ def ended(main_body: str, *, stdout: int | None = subprocess.PIPE) -> subprocess
     program = f"""
 import os, signal, sys, time
 from fuzzy_fusion_ros.cli.status import command
-from fuzzy_fusion_ros.core.errors import BagError
+from fuzzy_fusion_ros.parameters.errors import BagError
 @command("tool")
 def main(arguments=None):
 {main_body}

@@ -14,9 +14,9 @@ from tuning.recordings import START_NS, Sensors, made
 from fuzzy_fusion_ros.cli.score import baselines_of
 from fuzzy_fusion_ros.cli.score import main as score
 from fuzzy_fusion_ros.cli.tune import main
-from fuzzy_fusion_ros.core.parameter_tree import flatten
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.parameter_file import parameters_from
+from fuzzy_fusion_ros.parameters.file import parameters_from
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import flatten
 
 
 @pytest.fixture(autouse=True)

@@ -18,7 +18,7 @@ from fuzzy_fusion_ros.core.aggregator import (
     sign,
     single,
 )
-from fuzzy_fusion_ros.core.parameters import (
+from fuzzy_fusion_ros.parameters.fusion import (
     AggregatorParameters,
     BreakPoints,
     Drifts,

@@ -7,7 +7,7 @@ import pytest
 from simpful import FuzzySet, FuzzySystem, LinguisticVariable
 
 from fuzzy_fusion_ros.core.aggregator import aggregate
-from fuzzy_fusion_ros.core.parameters import (
+from fuzzy_fusion_ros.parameters.fusion import (
     AggregatorParameters,
     BreakPoints,
     Drifts,

@@ -20,7 +20,7 @@ from fuzzy_fusion_ros.core.conditioning import (
     learn_bias,
     unconditioned,
 )
-from fuzzy_fusion_ros.core.parameters import (
+from fuzzy_fusion_ros.parameters.fusion import (
     BreakPoints,
     FastSensorParameters,
     SlowSensorParameters,

@@ -23,8 +23,8 @@ from fuzzy_fusion_ros.core.estimator import (
     observe_s2,
     update,
 )
-from fuzzy_fusion_ros.core.parameter_tree import numbers, replace
-from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import numbers, replace
 
 SECOND = 1_000_000_000
 STEP = 10_000_000

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from reference import aggregator as reference
 
 from fuzzy_fusion_ros.core.membership import large
-from fuzzy_fusion_ros.core.parameters import BreakPoints
+from fuzzy_fusion_ros.parameters.fusion import BreakPoints
 
 BREAK_POINTS = st.lists(st.floats(0.0, 1e9), min_size=2, max_size=2, unique=True).map(
     lambda pair: BreakPoints(min(pair), max(pair))

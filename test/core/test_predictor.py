@@ -11,7 +11,6 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from fuzzy_fusion_ros.core.gate import Prediction
-from fuzzy_fusion_ros.core.parameters import PredictorParameters
 from fuzzy_fusion_ros.core.predictor import (
     LONGEST_STEP,
     Predictor,
@@ -19,6 +18,7 @@ from fuzzy_fusion_ros.core.predictor import (
     prediction_at,
     untrained,
 )
+from fuzzy_fusion_ros.parameters.fusion import PredictorParameters
 
 SECOND = 1_000_000_000
 STEP = 10_000_000

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from reference import predictor as reference
 
-from fuzzy_fusion_ros.core.parameters import PredictorParameters
 from fuzzy_fusion_ros.core.predictor import Rules, descend, infer, train
+from fuzzy_fusion_ros.parameters.fusion import PredictorParameters
 
 
 def rules_of(rules: Sequence[reference.Rule]) -> Rules:

@@ -8,11 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fuzzy_fusion_ros.core.clock import seconds_between
-from fuzzy_fusion_ros.core.errors import BagError, FusionError, MessageError, ParameterError
-from fuzzy_fusion_ros.core.finite import LARGEST, bounded
-from fuzzy_fusion_ros.core.lag import lag_gain
+from fuzzy_fusion_ros.core.numerics import LARGEST, bounded, lag_gain, seconds_between
 from fuzzy_fusion_ros.core.sample import Sample
+from fuzzy_fusion_ros.parameters.errors import BagError, FusionError, MessageError, ParameterError
 
 
 @pytest.mark.parametrize(

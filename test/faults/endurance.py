@@ -18,9 +18,9 @@ from faults.meeting import meet
 from faults.streams import S1, S2, Arrival, Stream, clean_stream
 from faults.usage import Watch
 from faults.waiting import as_arguments
-from fuzzy_fusion_ros.core.guard import Drop
-from fuzzy_fusion_ros.core.parameter_tree import replace
-from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.online.guard import Drop
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.testing import Harness
 
 BLOCK = 200

@@ -9,11 +9,11 @@ from typing import NamedTuple
 from faults.injector import Injected
 from faults.streams import S1, S2, Arrival, Stream
 from fuzzy_fusion_ros.core.estimator import FUSED
-from fuzzy_fusion_ros.core.fusion import Fused, Fusion
-from fuzzy_fusion_ros.core.guard import Drop
-from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.core.sample import Sample
-from fuzzy_fusion_ros.core.trigger import PENDING
+from fuzzy_fusion_ros.online.fusion import Fused, Fusion
+from fuzzy_fusion_ros.online.guard import Drop
+from fuzzy_fusion_ros.online.trigger import PENDING
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 
 class Ran(NamedTuple):

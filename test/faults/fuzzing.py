@@ -16,11 +16,11 @@ from faults.mutations import KEEPS_MESSAGES, Original, mutated
 from faults.streams import Stream
 from fuzzy_fusion_ros.bag import jazzy_types, open_bag
 from fuzzy_fusion_ros.cli import replay, score
-from fuzzy_fusion_ros.core.errors import FusionError, MessageError, ParameterError
-from fuzzy_fusion_ros.core.parameter_tree import Descriptor, descriptors, replace
-from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.messages import InstalledTypes, ScalarCodec
-from fuzzy_fusion_ros.parameter_file import parameters_from
+from fuzzy_fusion_ros.parameters.errors import FusionError, MessageError, ParameterError
+from fuzzy_fusion_ros.parameters.file import parameters_from
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import Descriptor, descriptors, replace
 
 
 def spoilt_bags(whole: Original, scratch: Path, seeds: Iterable[int]) -> Counter[str]:

@@ -9,8 +9,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from faults.streams import SECOND_NS, Arrival, Stream
-from fuzzy_fusion_ros.core.guard import OLDER_IN_A_ROW, Drop
 from fuzzy_fusion_ros.core.sample import Sample
+from fuzzy_fusion_ros.online.guard import OLDER_IN_A_ROW, Drop
 
 FAR_FUTURE_NS = 2_147_483_000 * SECOND_NS
 """Later than any clock shows, and still within the 32-bit seconds of a message."""

@@ -12,12 +12,12 @@ from bag.making import chunk_ends, salvage_by_mcap
 
 from faults.waiting import as_arguments, wait_until
 from fuzzy_fusion_ros.bag import open_bag
-from fuzzy_fusion_ros.bag.replay import replay
-from fuzzy_fusion_ros.bag.roles import Topics
-from fuzzy_fusion_ros.core.parameter_tree import replace
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.nodes.settings import PendulumParameters
+from fuzzy_fusion_ros.nodes.parameters import PendulumParameters
 from fuzzy_fusion_ros.nodes.stepped_run import SteppedRun
+from fuzzy_fusion_ros.offline.replay import replay
+from fuzzy_fusion_ros.offline.topics import Topics
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.testing import Harness
 
 SEED = 3

@@ -12,9 +12,9 @@ from faults.fusing import recovery, run
 from faults.injector import COSTS_ITS_SAMPLES_ONLY, FAULTS, Injected
 from faults.promises import VARIANTS, promised, tolerance
 from faults.streams import S1, S2, clean_stream
-from fuzzy_fusion_ros.core.guard import Drop
-from fuzzy_fusion_ros.core.parameter_tree import replace
-from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.online.guard import Drop
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 
 SEEDS = range(2)
 

@@ -13,9 +13,9 @@ from nodes.watching import Diagnostics
 from faults.fusing import run
 from faults.injector import FAULTS, shifted
 from faults.streams import S1, S2, SECOND_NS, Stream, clean_stream
-from fuzzy_fusion_ros.core.guard import Drop
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
+from fuzzy_fusion_ros.online.guard import Drop
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.ros.subscription import SensorInput
 from fuzzy_fusion_ros.testing import Harness
 
 FAR_APART_NS = 10_000 * SECOND_NS

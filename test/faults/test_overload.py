@@ -7,7 +7,7 @@ from nodes.watching import Diagnostics
 from faults.overload import LOST, flood
 from faults.streams import SECOND_NS
 from fuzzy_fusion_ros.core.sample import Sample
-from fuzzy_fusion_ros.nodes.qos import input_profile
+from fuzzy_fusion_ros.ros.qos import input_profile
 from fuzzy_fusion_ros.testing import Harness
 
 

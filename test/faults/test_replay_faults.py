@@ -12,9 +12,9 @@ from faults.fusing import run
 from faults.injector import FAULTS
 from faults.streams import S1, S2, Stream, clean_stream
 from fuzzy_fusion_ros.bag import BagMessage, BagWriter, open_bag
-from fuzzy_fusion_ros.bag.replay import Replayed, replay
-from fuzzy_fusion_ros.bag.roles import Topics
-from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.offline.replay import Replayed, replay
+from fuzzy_fusion_ros.offline.topics import Topics
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 
 def write(path: Path, stream: Stream) -> None:

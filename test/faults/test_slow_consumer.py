@@ -10,7 +10,7 @@ from faults.fusing import run
 from faults.meeting import meet
 from faults.streams import S1, clean_stream
 from faults.usage import Watch
-from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.testing import Harness
 from fuzzy_fusion_ros.testing.feed import START_NS
 

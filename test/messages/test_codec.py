@@ -16,15 +16,15 @@ from rclpy.serialization import deserialize_message, serialize_message
 from rosbags.typesys import Stores, get_typestore
 
 from fuzzy_fusion_ros.bag import jazzy_types
-from fuzzy_fusion_ros.core.errors import MessageError
 from fuzzy_fusion_ros.messages import (
     FieldType,
     InstalledTypes,
     Sample,
     ScalarCodec,
-    blank,
+    default_message,
     load_message_class,
 )
+from fuzzy_fusion_ros.parameters.errors import MessageError
 
 RECEIVED_NS = 42
 STAMP = {"header.stamp.sec": 12, "header.stamp.nanosec": 345_678_901}
@@ -245,7 +245,7 @@ def filled(number: str, value: float) -> Any:
     """A message of one number, with another number in it."""
     msgtype = f"std_msgs/msg/{NUMBERS[number]}"
     codec = ScalarCodec(InstalledTypes(), msgtype)
-    data = codec.template(blank(InstalledTypes(), msgtype)).filled(value, 0)
+    data = codec.template(default_message(InstalledTypes(), msgtype)).filled(value, 0)
     return deserialize_message(data, load_message_class(msgtype)).data
 
 
@@ -283,7 +283,7 @@ def test_a_value_that_a_field_cannot_hold_is_refused(number: str, value: float) 
 
 @pytest.mark.parametrize("stamp_ns", [2**31 * 10**9, -(2**31) * 10**9 - 1])
 def test_a_stamp_that_does_not_fit_is_refused(world: World, stamp_ns: int) -> None:
-    template = ScalarCodec(world.types, POINT).template(blank(world.types, POINT))
+    template = ScalarCodec(world.types, POINT).template(default_message(world.types, POINT))
     with pytest.raises(MessageError, match="does not fit into 32-bit seconds"):
         template.filled(0.0, stamp_ns)
 

@@ -8,30 +8,33 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fuzzy_fusion_ros.core.errors import MessageError
 from fuzzy_fusion_ros.messages import FieldPath
-from fuzzy_fusion_ros.messages.field_path import Step
+from fuzzy_fusion_ros.messages.field_path import PathPart
+from fuzzy_fusion_ros.parameters.errors import MessageError
 
 
 @pytest.mark.parametrize(
-    ("text", "steps"),
+    ("text", "parts"),
     [
-        ("data", [Step("data")]),
-        ("point.x", [Step("point"), Step("x")]),
-        ("position[0]", [Step("position", element=0)]),
-        ("position[007]", [Step("position", element=7)]),
-        ("a.b[2].c", [Step("a"), Step("b", element=2), Step("c")]),
-        ("name=pole:position", [Step("position", names="name", key="pole")]),
-        ("a.name=pole:position", [Step("a"), Step("position", names="name", key="pole")]),
-        ("a[1].n=k:v.x", [Step("a", element=1), Step("v", names="n", key="k"), Step("x")]),
-        ("name=arm.joint/1:position", [Step("position", names="name", key="arm.joint/1")]),
-        ("name=a:b:position", [Step("position", names="name", key="a:b")]),
-        ("name=x=y:position", [Step("position", names="name", key="x=y")]),
-        ("name= :position", [Step("position", names="name", key=" ")]),
+        ("data", [PathPart("data")]),
+        ("point.x", [PathPart("point"), PathPart("x")]),
+        ("position[0]", [PathPart("position", element=0)]),
+        ("position[007]", [PathPart("position", element=7)]),
+        ("a.b[2].c", [PathPart("a"), PathPart("b", element=2), PathPart("c")]),
+        ("name=pole:position", [PathPart("position", names="name", key="pole")]),
+        ("a.name=pole:position", [PathPart("a"), PathPart("position", names="name", key="pole")]),
+        (
+            "a[1].n=k:v.x",
+            [PathPart("a", element=1), PathPart("v", names="n", key="k"), PathPart("x")],
+        ),
+        ("name=arm.joint/1:position", [PathPart("position", names="name", key="arm.joint/1")]),
+        ("name=a:b:position", [PathPart("position", names="name", key="a:b")]),
+        ("name=x=y:position", [PathPart("position", names="name", key="x=y")]),
+        ("name= :position", [PathPart("position", names="name", key=" ")]),
     ],
 )
-def test_a_path_is_parsed_into_its_steps(text: str, steps: list[Step]) -> None:
-    assert FieldPath(text).steps == tuple(steps)
+def test_a_path_is_parsed_into_its_steps(text: str, parts: list[PathPart]) -> None:
+    assert FieldPath(text).parts == tuple(parts)
 
 
 @pytest.mark.parametrize(
@@ -69,7 +72,7 @@ def test_any_text_is_a_path_or_refused(text: str) -> None:
         path = FieldPath(text)
     except MessageError:
         return
-    assert path.steps
+    assert path.parts
 
 
 def test_paths_are_equal_by_text_and_survive_pickling() -> None:
@@ -78,4 +81,4 @@ def test_paths_are_equal_by_text_and_survive_pickling() -> None:
     assert again == path
     assert again != FieldPath("name=pole:position")
     assert hash(again) == hash(path)
-    assert again.steps == path.steps
+    assert again.parts == path.parts

@@ -9,12 +9,14 @@ from messages.worlds import World
 from rclpy.serialization import deserialize_message
 
 from fuzzy_fusion_ros.core.aggregator import Aggregate, FiringStrengths
-from fuzzy_fusion_ros.core.errors import MessageError
 from fuzzy_fusion_ros.core.estimator import FUSED, Estimate
-from fuzzy_fusion_ros.core.fusion import Fused
 from fuzzy_fusion_ros.core.gate import NO_PREDICTION, Prediction
-from fuzzy_fusion_ros.core.parameters import EstimateParameters
-from fuzzy_fusion_ros.messages import InstalledTypes, ScalarCodec, blank, load_message_class
+from fuzzy_fusion_ros.messages import (
+    InstalledTypes,
+    ScalarCodec,
+    default_message,
+    load_message_class,
+)
 from fuzzy_fusion_ros.messages.outputs import (
     EXPLANATION,
     POINT,
@@ -23,6 +25,9 @@ from fuzzy_fusion_ros.messages.outputs import (
     point_template,
     strengths_message,
 )
+from fuzzy_fusion_ros.online.fusion import Fused
+from fuzzy_fusion_ros.parameters.errors import MessageError
+from fuzzy_fusion_ros.parameters.fusion import EstimateParameters
 
 STAMP_NS = 12_345_678_901
 TEMPERATURE = "sensor_msgs/msg/Temperature"
@@ -111,7 +116,7 @@ def test_it_copies_the_latest_s2(world: World, name: str) -> None:
 def test_before_s2_the_rest_is_blank(world: World) -> None:
     data = estimates(world, EstimateParameters()).message(fused())
     codec = ScalarCodec(world.types, POINT)
-    assert data == codec.template(blank(world.types, POINT)).filled(0.5, STAMP_NS)
+    assert data == codec.template(default_message(world.types, POINT)).filled(0.5, STAMP_NS)
 
 
 def test_another_field_of_s2_can_take_it(world: World) -> None:

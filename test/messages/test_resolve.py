@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from messages.worlds import Rclpy, Rosbags, World
 
-from fuzzy_fusion_ros.core.errors import MessageError
 from fuzzy_fusion_ros.messages import FieldPath, FieldType, numeric_fields, resolve_field
+from fuzzy_fusion_ros.parameters.errors import MessageError
 
 WORLDS: dict[str, World] = {"rclpy": Rclpy(), "rosbags": Rosbags()}
 

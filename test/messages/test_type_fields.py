@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from messages.worlds import Rosbags
 
-from fuzzy_fusion_ros.core.errors import MessageError
 from fuzzy_fusion_ros.messages import FieldType, InstalledTypes
 from fuzzy_fusion_ros.messages.type_fields import parse_field_type
+from fuzzy_fusion_ros.parameters.errors import MessageError
 
 
 @pytest.mark.parametrize(

@@ -9,9 +9,9 @@ import pytest
 from geometry_msgs.msg import PointStamped
 from messages.worlds import Rosbags
 
-from fuzzy_fusion_ros.core.errors import MessageError
 from fuzzy_fusion_ros.messages import load_message_class, normalise_type_name, type_name_of
 from fuzzy_fusion_ros.messages.type_names import installed_type_names
+from fuzzy_fusion_ros.parameters.errors import MessageError
 
 
 @pytest.fixture

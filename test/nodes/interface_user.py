@@ -15,7 +15,7 @@ from functools import partial
 from typing import Any
 
 from fuzzy_fusion_ros.messages import load_message_class
-from fuzzy_fusion_ros.nodes.qos import ESTIMATE
+from fuzzy_fusion_ros.ros.qos import ESTIMATE
 from fuzzy_fusion_ros.testing import Harness, Process
 
 Samples = list[tuple[int, float]]

@@ -9,10 +9,10 @@ from collections.abc import Callable
 import pytest
 from nodes.watching import WARN, Diagnostics
 
-from fuzzy_fusion_ros.core.fusion import Fusion
-from fuzzy_fusion_ros.core.guard import Drop
-from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.core.sample import Sample
+from fuzzy_fusion_ros.online.fusion import Fusion
+from fuzzy_fusion_ros.online.guard import Drop
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.testing import Harness
 from fuzzy_fusion_ros.testing.feed import START_NS
 

@@ -11,7 +11,7 @@ from rclpy.qos import DurabilityPolicy, LivelinessPolicy, QoSProfile, Reliabilit
 
 from fuzzy_fusion_ros.bag import open_bag
 from fuzzy_fusion_ros.core.sample import Sample
-from fuzzy_fusion_ros.nodes.qos import ESTIMATE, describe
+from fuzzy_fusion_ros.ros.qos import ESTIMATE, describe
 from fuzzy_fusion_ros.testing import Harness
 from fuzzy_fusion_ros.testing.feed import START_NS
 

@@ -9,14 +9,14 @@ from nodes.watching import OK, WARN, Diagnostics
 
 from fuzzy_fusion_ros.core.aggregator import Aggregate, FiringStrengths
 from fuzzy_fusion_ros.core.estimator import FUSED, S1_ONLY, Estimate
-from fuzzy_fusion_ros.core.fusion import Fused
 from fuzzy_fusion_ros.core.gate import Prediction
-from fuzzy_fusion_ros.core.guard import Drop
-from fuzzy_fusion_ros.core.parameter_tree import replace
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.nodes.diagnostics import Level
 from fuzzy_fusion_ros.nodes.rule_report import ENOUGH, LONG, RuleReport
 from fuzzy_fusion_ros.nodes.sensor_subscriber import SensorSubscriber
+from fuzzy_fusion_ros.online.fusion import Fused
+from fuzzy_fusion_ros.online.guard import Drop
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
+from fuzzy_fusion_ros.ros.diagnostics import Level
 from fuzzy_fusion_ros.testing import Harness
 
 STEP_NS = 10_000_000
@@ -32,11 +32,11 @@ def fused(
     return Fused(k * STEP_NS, Estimate(mode, 0.0, aggregate, prediction, accepts))
 
 
-def findings(report: RuleReport) -> dict[str, list[str]]:
+def summaries(report: RuleReport) -> dict[str, list[str]]:
     """The texts of a report by its parts; all are warnings."""
     reports = list(report())
-    assert {each.level for part in reports for each in part.findings} <= {Level.WARN}
-    return {part.part: [each.text for each in part.findings] for part in reports}
+    assert {each.level for part in reports for each in part.summaries} <= {Level.WARN}
+    return {part.part: [each.text for each in part.summaries] for part in reports}
 
 
 def values(report: RuleReport, part: str) -> dict[str, object]:
@@ -77,12 +77,12 @@ def test_a_membership_function_that_is_of_no_use_is_a_warning(text: str) -> None
     report = RuleReport(Parameters)
     for k in range(ENOUGH - 1):
         report.record.see(fused(k, *UNUSED[text]))
-    assert findings(report)["rules"] == []
+    assert summaries(report)["rules"] == []
     report.record.see(fused(ENOUGH, *UNUSED[text]))
-    (found,) = findings(report)["rules"]
+    (found,) = summaries(report)["rules"]
     assert found.startswith(text)
     report.record.see(fused(ENOUGH + 1, 0.5, 0.5))
-    assert findings(report)["rules"] == []
+    assert summaries(report)["rules"] == []
 
 
 def test_the_gate_that_never_or_always_accepts_is_a_warning() -> None:
@@ -91,12 +91,12 @@ def test_the_gate_that_never_or_always_accepts_is_a_warning() -> None:
         report.restart()
         for k in range(ENOUGH - 1):
             report.record.see(fused(k, 0.5, 0.5, predicts=True, accepts=accepts))
-        assert findings(report)["gate"] == []
+        assert summaries(report)["gate"] == []
         report.record.see(fused(ENOUGH, 0.5, 0.5, predicts=True, accepts=accepts))
-        (found,) = findings(report)["gate"]
+        (found,) = summaries(report)["gate"]
         assert word in found
         report.record.see(fused(ENOUGH + 1, 0.5, 0.5, predicts=True, accepts=not accepts))
-        assert findings(report)["gate"] == []
+        assert summaries(report)["gate"] == []
     assert values(report, "gate")["acceptance rate"] == pytest.approx(ENOUGH / (ENOUGH + 1))
 
 
@@ -105,12 +105,12 @@ def test_sensors_that_disagree_for_long_are_a_warning() -> None:
     long = round(LONG * 1e9) // STEP_NS
     for k in range(0, long + 1, 50):
         report.record.see(fused(k, 1.0, 0.5))
-    assert findings(report)["rules"] == []
+    assert summaries(report)["rules"] == []
     report.record.see(fused(long + 50, 1.0, 0.5))
-    (found,) = findings(report)["rules"]
+    (found,) = summaries(report)["rules"]
     assert found.startswith("s1 and s2 have differed by 2.5 or more for 10.5 s")
     report.record.see(fused(long + 100, 0.9, 0.5))
-    assert findings(report)["rules"] == []
+    assert summaries(report)["rules"] == []
 
 
 def test_a_healthy_node_says_so_with_its_numbers(

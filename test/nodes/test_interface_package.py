@@ -16,14 +16,14 @@ from building import run
 from nodes.interface_workspace import BARE, HEADED, Workspace, build
 
 from fuzzy_fusion_ros.bag import open_bag
-from fuzzy_fusion_ros.bag.replay import differences
-from fuzzy_fusion_ros.core.errors import MessageError
-from fuzzy_fusion_ros.core.fusion import Fusion
-from fuzzy_fusion_ros.core.parameter_tree import replace
-from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages import load_message_class
 from fuzzy_fusion_ros.messages.outputs import EXPLANATION
+from fuzzy_fusion_ros.offline.replay import differences
+from fuzzy_fusion_ros.online.fusion import Fusion
+from fuzzy_fusion_ros.parameters.errors import MessageError
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 
 BOTH_WAYS = [(HEADED, BARE), (BARE, HEADED)]
 TOPICS = ["/s1", "/s2", "/estimate", *(f"/fusion_node/{name}" for name in EXPLANATION)]

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from fuzzy_fusion_ros.bag import open_bag
-from fuzzy_fusion_ros.core.parameter_tree import replace
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.core.series import fusion
+from fuzzy_fusion_ros.batch.series import fusion
 from fuzzy_fusion_ros.nodes.pendulum_node import PendulumNode
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.simulation.closed_loop import Run, simulate
 from fuzzy_fusion_ros.simulation.scenario import Scenario
 from fuzzy_fusion_ros.testing import Harness

@@ -12,10 +12,10 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.serialization import serialize_message
 
-from fuzzy_fusion_ros.core.errors import FusionError
 from fuzzy_fusion_ros.messages import load_message_class
 from fuzzy_fusion_ros.nodes.fusion_node import FusionNode
-from fuzzy_fusion_ros.nodes.qos import ESTIMATE
+from fuzzy_fusion_ros.parameters.errors import FusionError
+from fuzzy_fusion_ros.ros.qos import ESTIMATE
 from fuzzy_fusion_ros.testing import Harness
 from fuzzy_fusion_ros.testing.harness import EVERY_MESSAGE
 

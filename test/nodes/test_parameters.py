@@ -13,13 +13,13 @@ from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import DescribeParameters, SetParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
 
-from fuzzy_fusion_ros.core.errors import FusionError, ParameterError
-from fuzzy_fusion_ros.core.parameter_tree import descriptors, flatten
-from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.nodes.fusion_node import FusionNode
-from fuzzy_fusion_ros.nodes.parameters import ConfiguredNode
 from fuzzy_fusion_ros.nodes.pendulum_node import PendulumNode
 from fuzzy_fusion_ros.nodes.sensor_subscriber import SensorSubscriber
+from fuzzy_fusion_ros.parameters.errors import FusionError, ParameterError
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import descriptors, flatten
+from fuzzy_fusion_ros.ros.node import ConfiguredNode
 from fuzzy_fusion_ros.testing import Harness
 
 REFUSED_AT_START: dict[str, tuple[dict[str, Any], str]] = {

@@ -14,8 +14,8 @@ from rclpy.qos import QoSProfile
 from fuzzy_fusion_ros.bag import open_bag
 from fuzzy_fusion_ros.baselines.parameters import BaselineParameters
 from fuzzy_fusion_ros.baselines.registry import methods
-from fuzzy_fusion_ros.core.parameter_tree import replace
 from fuzzy_fusion_ros.nodes.pendulum_node import PeerError, PendulumNode
+from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.simulation.closed_loop import simulate
 from fuzzy_fusion_ros.simulation.scenario import START_NS, Scenario
 from fuzzy_fusion_ros.testing import Harness

@@ -9,16 +9,16 @@ from pathlib import Path
 import pytest
 
 from fuzzy_fusion_ros.bag import BagMessage, open_bag
-from fuzzy_fusion_ros.bag.replay import differences, replay
-from fuzzy_fusion_ros.bag.roles import Topics
-from fuzzy_fusion_ros.core.errors import BagError
-from fuzzy_fusion_ros.core.parameter_tree import replace
-from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages import load_message_class
 from fuzzy_fusion_ros.messages.outputs import EXPLANATION
-from fuzzy_fusion_ros.nodes.qos import OUTPUT
-from fuzzy_fusion_ros.nodes.recorder import BagRecorder
+from fuzzy_fusion_ros.offline.replay import differences, replay
+from fuzzy_fusion_ros.offline.topics import Topics
+from fuzzy_fusion_ros.parameters.errors import BagError
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
+from fuzzy_fusion_ros.ros.qos import OUTPUT
+from fuzzy_fusion_ros.ros.recorder import BagRecorder
 from fuzzy_fusion_ros.testing import Feed, Harness
 from fuzzy_fusion_ros.testing.feed import START_NS
 
@@ -129,7 +129,7 @@ def test_a_disk_that_fails_ends_the_node_with_one_error(
     def full(*_: object) -> int:
         raise OSError(28, os.strerror(28))
 
-    monkeypatch.setattr("fuzzy_fusion_ros.bag.mcap_writer.McapWriter.flush", full)
+    monkeypatch.setattr("fuzzy_fusion_ros.bag.mcap.writer.McapWriter.flush", full)
 
     def feed_on() -> None:
         for k in range(1, 5000):

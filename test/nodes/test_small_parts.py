@@ -9,15 +9,15 @@ from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
-from fuzzy_fusion_ros.nodes.losses import Losses, WithNumber
 from fuzzy_fusion_ros.nodes.pendulum_node import PeerError, PendulumNode
-from fuzzy_fusion_ros.nodes.qos import overridable
-from fuzzy_fusion_ros.nodes.spinning import executor_for
+from fuzzy_fusion_ros.ros.qos import overridable
+from fuzzy_fusion_ros.ros.sequence_gaps import SequenceGapCounter, WithNumber
+from fuzzy_fusion_ros.ros.spinning import executor_for
 from fuzzy_fusion_ros.testing import Harness
 
 
 def test_losses_are_the_gaps_in_one_publishers_numbers() -> None:
-    losses = Losses()
+    losses = SequenceGapCounter()
     for number in (5, 6, 10, 11, 3, 4, None, 9, 12):  # it starts anew at 3; one has no number
         losses.see(number, lambda: 1)
     assert losses.count == 3 + 2

@@ -9,7 +9,7 @@ import pytest
 from nodes.watching import Diagnostics, Log
 from rclpy.publisher import Publisher
 
-from fuzzy_fusion_ros.core.clock import SECOND_NS
+from fuzzy_fusion_ros.core.numerics import SECOND_NS
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages import load_message_class
 from fuzzy_fusion_ros.testing import Feed, Harness

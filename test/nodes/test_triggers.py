@@ -10,10 +10,10 @@ from nodes.watching import Diagnostics
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 
-from fuzzy_fusion_ros.core.fusion import Fusion
-from fuzzy_fusion_ros.core.parameter_tree import replace
-from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.core.sample import Sample
+from fuzzy_fusion_ros.online.fusion import Fusion
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.testing import Feed, Harness
 from fuzzy_fusion_ros.testing.feed import START_NS
 

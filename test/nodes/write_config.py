@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.parameter_file import dump
+from fuzzy_fusion_ros.parameters.file import dump
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 PATH = Path(__file__).parents[2] / "config" / "fusion_node.yaml"
 COMMENTS = (

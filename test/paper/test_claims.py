@@ -7,9 +7,9 @@ import json
 import pytest
 from paper.outcomes import IAE, Change, outcomes, unchanged
 
+from fuzzy_fusion_ros.paper.checks import CheckedClaim, place
 from fuzzy_fusion_ros.paper.claims import claims
 from fuzzy_fusion_ros.paper.claims_report import as_document, findings_table
-from fuzzy_fusion_ros.paper.findings import Finding, place
 from fuzzy_fusion_ros.paper.results import Results
 from fuzzy_fusion_ros.paper.sweep import NOMINAL, Outcome, points_of
 from fuzzy_fusion_ros.paper.targets import targets
@@ -17,19 +17,19 @@ from fuzzy_fusion_ros.paper.targets import targets
 FIGURES = range(6, 24)
 
 
-def claimed(change: Change = unchanged) -> list[Finding]:
+def claimed(change: Change = unchanged) -> list[CheckedClaim]:
     """Return all claims about the changed world."""
     return claims(Results(outcomes(change)), FIGURES)
 
 
-def aimed(change: Change = unchanged) -> list[Finding]:
+def aimed(change: Change = unchanged) -> list[CheckedClaim]:
     """Return all targets in the changed world."""
     return targets(Results(outcomes(change)), FIGURES)
 
 
-def failing(findings: list[Finding]) -> set[tuple[int, str]]:
+def failing(checked: list[CheckedClaim]) -> set[tuple[int, str]]:
     """Return figure and first words of what does not hold."""
-    return {(f.figure, " ".join(f.claim.split()[:3])) for f in findings if f.holds is False}
+    return {(f.figure, " ".join(f.claim.split()[:3])) for f in checked if f.holds is False}
 
 
 def where(condition: dict[str, object], **changes: object) -> Change:
@@ -106,7 +106,7 @@ def test_the_average_must_be_worse_than_the_aggregator() -> None:
 def test_itae_must_show_it_more_clearly_on_the_whole_of_a_sweep() -> None:
     """A single point where it does not is named but decides nothing."""
 
-    def clearer(change: Change) -> Finding:
+    def clearer(change: Change) -> CheckedClaim:
         return next(c for c in claimed(change) if c.figure == 23 and "clearly" in c.claim)
 
     one = clearer(where({"method": "s2", "bias1": 0.06}, itae=times(0.5)))
@@ -210,9 +210,9 @@ def test_the_document_is_json_of_the_contract() -> None:
     keys = {"method", "tau2", "sigma1", "bias1", "seed", "iae", "itae", "rmse", "fell"}
     assert all(set(run) == keys for run in document["runs"])
     pinned = {"figure", "claim", "holds", "value", "interval"}
-    for finding in document["claims"] + document["targets"]:
-        assert pinned <= set(finding)
-        assert len(finding["interval"]) == 2
+    for check in document["claims"] + document["targets"]:
+        assert pinned <= set(check)
+        assert len(check["interval"]) == 2
     only_temporarily = next(c for c in document["claims"] if "temporarily" in c["claim"])
     assert only_temporarily["value"] is None
     assert only_temporarily["holds"] is False

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from fuzzy_fusion_ros.core.parameter_tree import replace
-from fuzzy_fusion_ros.core.series import Series, run
+from fuzzy_fusion_ros.batch.series import Series, run
 from fuzzy_fusion_ros.paper import kalman
-from fuzzy_fusion_ros.paper.kalman import BIAS, Belief, plant_kalman
+from fuzzy_fusion_ros.paper.kalman import BIAS, PlantBelief, plant_kalman
+from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.simulation.closed_loop import Run, simulate
 from fuzzy_fusion_ros.simulation.controller import force
 from fuzzy_fusion_ros.simulation.pendulum import acceleration
@@ -119,7 +119,7 @@ def test_near_upright_its_derivatives_are_those_of_the_linear_plant() -> None:
 
     spread = np.diag([1.0, 2.0, 3.0, 4.0]) + 0.5
     method = plant_kalman(NOMINAL)
-    belief = Belief(1, np.zeros(4), spread, method.state.controller)
+    belief = PlantBelief(1, np.zeros(4), spread, method.state.controller)
     _, covariance = kalman.predict(method.parameters, belief)
     noise = np.outer(push, push) * kalman.FORCE_NOISE**2
     assert covariance == pytest.approx(transition @ spread @ transition.T + noise, rel=1e-5)

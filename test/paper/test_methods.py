@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters
-from fuzzy_fusion_ros.core.parameter_tree import replace
-from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.paper import methods
 from fuzzy_fusion_ros.paper.methods import METHODS, Contender, contenders, warm_up
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.simulation.closed_loop import Run, simulate
 from fuzzy_fusion_ros.simulation.scenario import Scenario
 

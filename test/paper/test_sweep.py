@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from reference.benchmark import integral_of_error, integral_of_timed_error
 
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.core.series import empty_trace
+from fuzzy_fusion_ros.batch.series import empty_trace
 from fuzzy_fusion_ros.paper.methods import contenders
 from fuzzy_fusion_ros.paper.sweep import (
     NOMINAL,
@@ -23,6 +22,7 @@ from fuzzy_fusion_ros.paper.sweep import (
     sweep,
     sweep_points,
 )
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.simulation.closed_loop import Run
 from fuzzy_fusion_ros.simulation.scenario import Scenario
 

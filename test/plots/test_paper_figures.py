@@ -12,8 +12,6 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from paper.outcomes import IAE, SEEDS, outcomes
 
-from fuzzy_fusion_ros.core.errors import FusionError
-from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.paper.methods import METHODS, contenders
 from fuzzy_fusion_ros.paper.results import Results
 from fuzzy_fusion_ros.paper.sweep import NOMINAL, SWEEPS, points_of, simulate_at
@@ -26,6 +24,8 @@ from fuzzy_fusion_ros.paper.tables import (
     table_of,
     write_csv,
 )
+from fuzzy_fusion_ros.parameters.errors import FusionError
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.plots.contact_sheet import contact_sheet
 from fuzzy_fusion_ros.plots.paper_figures import draw
 from fuzzy_fusion_ros.plots.style import save, styled

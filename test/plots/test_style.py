@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fuzzy_fusion_ros.baselines import BASELINES
-from fuzzy_fusion_ros.core.errors import FusionError
+from fuzzy_fusion_ros.parameters.errors import FusionError
 from fuzzy_fusion_ros.plots.style import COLOURS, NAMES, WIDTH_PX, new_figure, save, styled
 
 # Linear RGB to what people with each of the three kinds of colour blindness see: Viénot, Brettel

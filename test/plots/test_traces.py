@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from bag.recorded import swing, write_scalars
 
-from fuzzy_fusion_ros.bag.roles import Topics
-from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.offline.topics import Topics
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.plots.style import new_figure
 from fuzzy_fusion_ros.plots.traces import COLUMNS, _draw, plot_paths, plot_score
 from fuzzy_fusion_ros.scoring.score import Score, score_bag

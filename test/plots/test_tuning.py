@@ -9,8 +9,8 @@ import pytest
 from tuning.quick import be_quick
 from tuning.recordings import Made, Sensors, made
 
-from fuzzy_fusion_ros.core.parameter_tree import replace
-from fuzzy_fusion_ros.core.parameters import Parameters
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.plots.tuning import plot_tuning
 from fuzzy_fusion_ros.tuning import Tuned, tune
 

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reference import signals
 
-from fuzzy_fusion_ros.bag.recording import Track
+from fuzzy_fusion_ros.batch.series import Series, fusion, run
 from fuzzy_fusion_ros.core.estimator import WAITING
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.core.series import Series, fusion, run
+from fuzzy_fusion_ros.offline.recording import Track
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.scoring import join
 from fuzzy_fusion_ros.scoring.join import held, interpolated, steps, values_of
 

@@ -10,12 +10,12 @@ import pytest
 from bag.recorded import Scalar, read, swing, write_scalars
 from numpy.typing import NDArray
 
-from fuzzy_fusion_ros.bag.roles import Topics
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, baselines_for
-from fuzzy_fusion_ros.core.errors import BagError
-from fuzzy_fusion_ros.core.parameter_tree import replace
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.core.series import Reals, Series
+from fuzzy_fusion_ros.batch.series import Reals, Series
+from fuzzy_fusion_ros.offline.topics import Topics
+from fuzzy_fusion_ros.parameters.errors import BagError
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.scoring.metrics import METRICS, ScoreError
 from fuzzy_fusion_ros.scoring.report import report, summary, table
 from fuzzy_fusion_ros.scoring.score import DERIVED, FITTED, GIVEN, Fit, Score, score_bag

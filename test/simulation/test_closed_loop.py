@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from reference import aggregator, benchmark
 
+from fuzzy_fusion_ros.batch.series import Series, empty_trace, fusion
+from fuzzy_fusion_ros.batch.series import run as run_series
 from fuzzy_fusion_ros.core.aggregator import aggregate
 from fuzzy_fusion_ros.core.estimator import observe_s2, update
-from fuzzy_fusion_ros.core.parameter_tree import numbers, replace
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.core.series import Series, empty_trace, fusion
-from fuzzy_fusion_ros.core.series import run as run_series
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import numbers, replace
 from fuzzy_fusion_ros.simulation import closed_loop
 from fuzzy_fusion_ros.simulation.closed_loop import (
     Run,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from reference import benchmark as reference
 
-from fuzzy_fusion_ros.core.parameter_tree import replace
+from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.simulation.controller import at_rest, force, observe
 from fuzzy_fusion_ros.simulation.scenario import (
     ControllerParameters,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from fuzzy_fusion_ros.core.errors import ParameterError
-from fuzzy_fusion_ros.core.parameter_tree import descriptors, flatten, replace
+from fuzzy_fusion_ros.parameters.errors import ParameterError
+from fuzzy_fusion_ros.parameters.group import descriptors, flatten, replace
 from fuzzy_fusion_ros.simulation.scenario import START_NS, Scenario, samples_in, stamp_of
 
 PINNED = {

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fuzzy_fusion_ros.core.parameter_tree import replace
-from fuzzy_fusion_ros.core.parameters import Parameters
 from fuzzy_fusion_ros.paper.methods import Contender, contenders
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.simulation.closed_loop import act, at_start, sense, simulate
 from fuzzy_fusion_ros.simulation.scenario import Scenario
 from fuzzy_fusion_ros.simulation.sensors import draw_noise

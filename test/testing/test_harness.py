@@ -12,10 +12,10 @@ import pytest
 from rclpy.qos import QoSProfile
 from std_srvs.srv import Trigger
 
-from fuzzy_fusion_ros.core.errors import ParameterError
 from fuzzy_fusion_ros.messages import load_message_class
 from fuzzy_fusion_ros.nodes.pendulum_node import PeerError, PendulumNode
-from fuzzy_fusion_ros.nodes.qos import ESTIMATE
+from fuzzy_fusion_ros.parameters.errors import ParameterError
+from fuzzy_fusion_ros.ros.qos import ESTIMATE
 from fuzzy_fusion_ros.testing import Harness, claimed_domain
 from fuzzy_fusion_ros.testing.domain import DOMAINS
 

@@ -20,7 +20,7 @@ from tuning.recordings import Made
 from tuning.standins import HOSTILE, STANDINS, standin
 
 from fuzzy_fusion_ros.baselines import methods
-from fuzzy_fusion_ros.core.series import Series, fusion, run
+from fuzzy_fusion_ros.batch.series import Series, fusion, run
 from fuzzy_fusion_ros.tuning import tune
 
 SINGLE = ("s1", "s2")
@@ -76,9 +76,9 @@ def evaluated(name: str, seed: int, made: Made, with_truth: bool) -> dict[str, A
         "truth": with_truth,
         "ours": rmse(fusion(tuned.parameters)),
         "chosen": tuned.chosen,
-        "correlation": tuned.found.lag.correlation,
+        "correlation": tuned.sensors.lag.correlation,
         "others": {each: rmse(method) for each, method in methods(tuned.baselines).items()},
-        "rungs": {
+        "candidates": {
             each.name: (
                 each.fitted,
                 each.unseen,
@@ -100,11 +100,11 @@ def ratio(row: dict[str, Any]) -> float:
 def line(row: dict[str, Any]) -> str:
     """Return a row of the table."""
     best = min(row["others"], key=row["others"].__getitem__)
-    rungs = " ".join(f"{name[:4]} {x[2]:.4f}" for name, x in row["rungs"].items())
+    candidates = " ".join(f"{name[:4]} {x[2]:.4f}" for name, x in row["candidates"].items())
     return (
         f"{row['kind']:16}{row['seed']:4} {'truth' if row['truth'] else 'free ':6}"
         f"{ratio(row):6.2f}  ours {row['ours']:.4f} ({row['chosen'][:5]:5})  "
-        f"{best} {row['others'][best]:.4f}  {rungs}  r {row['correlation']:.2f} "
+        f"{best} {row['others'][best]:.4f}  {candidates}  r {row['correlation']:.2f} "
         f"{row['seconds']:.0f} s"
     )
 

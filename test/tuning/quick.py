@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from fuzzy_fusion_ros.tuning import baselines, settings
+from fuzzy_fusion_ros.tuning import baselines, candidates
 from fuzzy_fusion_ros.tuning.fit import Evaluations
 
 
 def be_quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the optimiser try little."""
     few = Evaluations(40, 60, 40)
-    monkeypatch.setattr(settings, "EVALUATIONS", dict.fromkeys(settings.EVALUATIONS, few))
+    monkeypatch.setattr(candidates, "EVALUATIONS", dict.fromkeys(candidates.EVALUATIONS, few))
     monkeypatch.setattr(baselines, "EVALUATIONS", {0: 1, 1: 40, 2: 40, 3: 40})

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy_fusion_ros.core.series import Reals, Series
+from fuzzy_fusion_ros.batch.series import Reals, Series
 
 START_NS = 1_000_000_000
 

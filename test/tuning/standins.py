@@ -15,7 +15,7 @@ import numpy as np
 from scipy.signal import lfilter
 from tuning.recordings import START_NS, Made
 
-from fuzzy_fusion_ros.core.series import Reals, Series
+from fuzzy_fusion_ros.batch.series import Reals, Series
 
 
 class Standin(NamedTuple):
@@ -44,7 +44,7 @@ class Standin(NamedTuple):
         delay: Of S2.
         jitter: Standard deviation of that, as a share.
         s2_noise: Standard deviation of S2's white noise.
-        quantum: Step that S2 is rounded to.
+        quantum: FittedCandidate that S2 is rounded to.
         outliers: Share of S2's samples that are far off.
         gaps: Shortest and longest gap in S2.
     """

@@ -12,32 +12,32 @@ from fuzzy_fusion_ros.tuning.report import described
 
 
 def test_rates_and_gaps() -> None:
-    found = characterise(made(Sensors(gap=(10.0, 17.0))).series)
-    assert found.s1_interval == pytest.approx(0.04)
-    assert found.s2_interval == pytest.approx(0.2)
-    assert found.s2_gap == pytest.approx(7.2, abs=0.21)
+    sensors = characterise(made(Sensors(gap=(10.0, 17.0))).series)
+    assert sensors.s1_interval == pytest.approx(0.04)
+    assert sensors.s2_interval == pytest.approx(0.2)
+    assert sensors.s2_gap == pytest.approx(7.2, abs=0.21)
 
 
 @pytest.mark.parametrize(("delay", "lag"), [(0.0, 0.4), (0.3, 0.0), (0.3, 0.4), (0.8, 0.1)])
 def test_the_lag_of_s2(delay: float, lag: float) -> None:
-    found = characterise(made(Sensors(delay=delay, lag=lag), seconds=120.0).series).lag
-    assert found.total == pytest.approx(delay + lag, abs=0.08)
-    assert found.delay == pytest.approx(delay, abs=0.15)
-    assert found.correlation > 0.9
+    sensors = characterise(made(Sensors(delay=delay, lag=lag), seconds=120.0).series).lag
+    assert sensors.total == pytest.approx(delay + lag, abs=0.08)
+    assert sensors.delay == pytest.approx(delay, abs=0.15)
+    assert sensors.correlation > 0.9
 
 
 def test_bias_drift_and_noise() -> None:
-    found = characterise(made(Sensors(bias=-0.7, drift=0.01, noise=0.1), seconds=120.0).series)
-    assert found.bias == pytest.approx(-0.7 + 0.01 * 60.0, abs=0.05)
-    assert found.drift == pytest.approx(0.01, abs=0.001)
-    assert found.s1_noise == pytest.approx(0.1, rel=0.2)
+    sensors = characterise(made(Sensors(bias=-0.7, drift=0.01, noise=0.1), seconds=120.0).series)
+    assert sensors.bias == pytest.approx(-0.7 + 0.01 * 60.0, abs=0.05)
+    assert sensors.drift == pytest.approx(0.01, abs=0.001)
+    assert sensors.s1_noise == pytest.approx(0.1, rel=0.2)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.1])
 def test_spikes(share: float) -> None:
-    found = characterise(made(Sensors(spikes=share)).series)
-    assert found.has_spikes is (share > 0.0)
-    assert found.spike_share == pytest.approx(share, abs=0.03)
+    sensors = characterise(made(Sensors(spikes=share)).series)
+    assert sensors.has_spikes is (share > 0.0)
+    assert sensors.spike_share == pytest.approx(share, abs=0.03)
 
 
 def test_runs_of_spikes_do_not_hide_the_lag() -> None:
@@ -46,10 +46,10 @@ def test_runs_of_spikes_do_not_hide_the_lag() -> None:
     generator = np.random.default_rng(3)
     for begin in np.flatnonzero(generator.random(s1.size) < 0.06):
         s1[begin : begin + generator.integers(1, 5)] += 5.0 * generator.choice([-1.0, 1.0])
-    found = characterise(series._replace(s1=s1))
-    assert found.has_spikes
-    assert found.lag.correlation > 0.9
-    assert found.lag.total == pytest.approx(0.4, abs=0.1)
+    sensors = characterise(series._replace(s1=s1))
+    assert sensors.has_spikes
+    assert sensors.lag.correlation > 0.9
+    assert sensors.lag.total == pytest.approx(0.4, abs=0.1)
 
 
 def test_a_spike_at_either_end_is_seen() -> None:
@@ -94,12 +94,12 @@ def test_a_few_wild_samples_of_s2_do_not_hide_the_lag() -> None:
     s2 = series.s2 + 8.0 * generator.standard_normal(series.s2.size) * (
         generator.random(series.s2.size) < 0.03
     )
-    found = characterise(series._replace(s2=s2))
-    assert found.related
-    assert found.lag.total == pytest.approx(0.4, abs=0.1)
+    sensors = characterise(series._replace(s2=s2))
+    assert sensors.related
+    assert sensors.lag.total == pytest.approx(0.4, abs=0.1)
 
 
 def test_a_loose_relation_is_called_a_guess() -> None:
-    found = characterise(made(Sensors()).series)
-    loose = found._replace(lag=found.lag._replace(correlation=0.4), chance=0.2)
+    sensors = characterise(made(Sensors()).series)
+    loose = sensors._replace(lag=sensors.lag._replace(correlation=0.4), chance=0.2)
     assert "a guess" in "\n".join(described(loose, "m/s"))

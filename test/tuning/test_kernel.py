@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from tuning.recordings import Sensors, made
 
+from fuzzy_fusion_ros.batch.series import fusion, run
 from fuzzy_fusion_ros.core.estimator import FUSED, WAITING
-from fuzzy_fusion_ros.core.parameter_tree import replace
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.core.series import fusion, run
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.tuning.kernel import outputs
 
 CONDITIONED = {

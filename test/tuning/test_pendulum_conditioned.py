@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from fuzzy_fusion_ros.core.parameter_tree import flatten, replace
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.core.series import fusion
-from fuzzy_fusion_ros.parameter_file import parameters_from
+from fuzzy_fusion_ros.batch.series import fusion
+from fuzzy_fusion_ros.parameters.file import parameters_from
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import flatten, replace
 from fuzzy_fusion_ros.simulation.closed_loop import simulate
 from fuzzy_fusion_ros.simulation.scenario import Scenario
 

@@ -7,7 +7,7 @@ import threading
 import numpy as np
 import pytest
 
-from fuzzy_fusion_ros.core.series import Reals
+from fuzzy_fusion_ros.batch.series import Reals
 from fuzzy_fusion_ros.tuning.search import Pool, Search, minimise
 from fuzzy_fusion_ros.tuning.space import Axis, Space
 
@@ -25,9 +25,9 @@ def test_it_finds_a_minimum() -> None:
 
 
 def test_it_stays_in_the_cube() -> None:
-    found = minimise(HILL._replace(cost=lambda x: -float(np.sum(x))))
-    assert found.point == pytest.approx([1.0] * 3, abs=1e-3)
-    assert (found.point <= 1.0).all()
+    minimum = minimise(HILL._replace(cost=lambda x: -float(np.sum(x))))
+    assert minimum.point == pytest.approx([1.0] * 3, abs=1e-3)
+    assert (minimum.point <= 1.0).all()
 
 
 @pytest.mark.parametrize("evaluations", [1, 39, 40, 100])
@@ -38,8 +38,8 @@ def test_it_is_never_worse_than_its_start_nor_asks_too_often(evaluations: int) -
         asked.append(point)
         return float(np.sum(np.square(point - HILL.start)))
 
-    found = minimise(HILL._replace(cost=cost, evaluations=evaluations))
-    assert found.cost < 1e-30
+    minimum = minimise(HILL._replace(cost=cost, evaluations=evaluations))
+    assert minimum.cost < 1e-30
     assert len(asked) <= evaluations
 
 

@@ -10,20 +10,20 @@ from tuning.quick import be_quick
 from tuning.recordings import Made, Sensors, made
 
 from fuzzy_fusion_ros.baselines import methods
-from fuzzy_fusion_ros.core.parameter_tree import flatten, replace
-from fuzzy_fusion_ros.core.parameters import Parameters
-from fuzzy_fusion_ros.core.series import Reals, fusion, run
+from fuzzy_fusion_ros.batch.series import Reals, fusion, run
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import flatten, replace
 from fuzzy_fusion_ros.tuning import Tuned, TuneError, fit_baselines, tune
 from fuzzy_fusion_ros.tuning.fit import Problem
-from fuzzy_fusion_ros.tuning.ladder import BLOCKS, Step, blocks_of, chosen
+from fuzzy_fusion_ros.tuning.model_selection import BLOCKS, FittedCandidate, blocks_of, chosen
 from fuzzy_fusion_ros.tuning.report import as_json, comments, outcome
 from fuzzy_fusion_ros.tuning.tune import (
     INSTANT,
     WATCHFUL,
     error_of,
     rounded,
+    shorten_bias_time_constant,
     simplified,
-    watchful,
     with_predictor,
 )
 
@@ -148,11 +148,11 @@ def test_the_bias_is_learnt_as_quickly_as_costs_next_to_nothing(recording: Made)
     problem = Problem(series, truth, series.s2_known > 0, Parameters())
     weights = {f"aggregator.weight.{each}": 1.0 for each in _WEIGHTS}
     slow = replace(Parameters(), {**weights, "s1.bias_time_constant": 100.0, **_LAG})
-    quick = watchful(problem, slow)
+    quick = shorten_bias_time_constant(problem, slow)
     assert quick.s1.bias_time_constant < 100.0
     assert problem.misfit(quick) <= WATCHFUL * problem.misfit(slow)
     unlearnt = replace(slow, {"s1.bias_time_constant": INSTANT})
-    assert watchful(problem, unlearnt) == unlearnt
+    assert shorten_bias_time_constant(problem, unlearnt) == unlearnt
 
 
 def test_a_perfect_s1_leaves_s1(patch: pytest.MonkeyPatch) -> None:
@@ -168,8 +168,8 @@ def test_a_truth_that_is_elsewhere_is_refused(recording: Made) -> None:
 
 
 def test_the_first_of_the_good_is_chosen() -> None:
-    def step(name: str, unseen: float) -> Step:
-        return Step(name, "", Parameters(), 0.0, unseen, ())
+    def step(name: str, unseen: float) -> FittedCandidate:
+        return FittedCandidate(name, "", Parameters(), 0.0, unseen, ())
 
     ladder = [step("s2", 2.0), step("s1", 1.02), step("aggregator", 1.5), step("full", 1.0)]
     assert chosen(ladder).name == "s1"

@@ -1,0 +1,1 @@
+"""MCAP files: an index, a scan that salvages damaged files, and a writer."""

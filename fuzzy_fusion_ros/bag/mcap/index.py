@@ -1,0 +1,202 @@
+"""Where the messages of an MCAP file are, as its summary says."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import BinaryIO, NamedTuple
+
+import zstandard
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, ChunkIndex, Schema, Statistics
+from mcap.stream_reader import get_chunk_data_stream
+from mcap.writer import MCAP0_MAGIC
+
+from fuzzy_fusion_ros.bag.mcap.records import DAMAGE, HEAD, decode, split_records
+
+LARGEST_CHUNK = 1 << 30
+"""Bytes beyond which a chunk is taken for damaged rather than read into memory."""
+
+CHUNK_FIELDS = 8 + 8 + 8 + 4 + 4 + 8
+"""What the length of a chunk counts besides the name of its compression and its data."""
+
+_FOOTER = struct.Struct("<QQI")
+_TAIL_BYTES = HEAD.size + _FOOTER.size + len(MCAP0_MAGIC)
+
+
+class Segment(NamedTuple):
+    """A stretch of the file with messages; segments sort by time, then by place.
+
+    Attributes:
+        start_ns: The earliest log time in it, ns.
+        offset: Its first byte.
+        length: Its bytes.
+        end_ns: The latest log time in it, ns.
+        channels: The channels in it; None if they are not known.
+        is_chunk: Whether it is one chunk record, else a run of message records.
+    """
+
+    start_ns: int
+    offset: int
+    length: int
+    end_ns: int
+    channels: frozenset[int] | None
+    is_chunk: bool
+
+
+@dataclass
+class McapIndex:
+    """What an MCAP file holds, and where.
+
+    Attributes:
+        schemas: Message definitions by their ids.
+        channels: Topics by their ids.
+        segments: Where messages are.
+        counts: Messages per channel; None if they are not known.
+        start_ns: The earliest log time, ns; None without messages.
+        end_ns: The latest log time, ns; None without messages.
+    """
+
+    schemas: dict[int, Schema] = field(default_factory=dict)
+    channels: dict[int, Channel] = field(default_factory=dict)
+    segments: list[Segment] = field(default_factory=list)
+    counts: Counter[int] | None = None
+    start_ns: int | None = None
+    end_ns: int | None = None
+
+    def span(self, start_ns: int, end_ns: int) -> None:
+        """Widen the time span to include another one."""
+        self.start_ns = start_ns if self.start_ns is None else min(self.start_ns, start_ns)
+        self.end_ns = end_ns if self.end_ns is None else max(self.end_ns, end_ns)
+
+
+class SummaryError(Exception):
+    """The file has no summary that can be used.
+
+    Attributes:
+        is_damage: Whether that means that something is wrong with the file.
+    """
+
+    def __init__(self, reason: str, *, is_damage: bool = True) -> None:
+        super().__init__(reason)
+        self.is_damage = is_damage
+
+
+def read_at(file: BinaryIO, position: int, length: int) -> bytes:
+    """Return the bytes at a position; fewer at the end of the file."""
+    file.seek(position)
+    return file.read(length)
+
+
+def index_from_summary(file: BinaryIO, size: int) -> McapIndex:
+    """Return the index that the summary at the end of a file gives.
+
+    Args:
+        file: An MCAP file.
+        size: Its size in bytes.
+
+    Raises:
+        SummaryError: There is no summary, it is damaged, or it lacks what is needed.
+    """
+    tail = read_at(file, max(0, size - _TAIL_BYTES), _TAIL_BYTES)
+    if not tail.endswith(MCAP0_MAGIC) or not tail.startswith(HEAD.pack(Opcode.FOOTER, 20)):
+        raise SummaryError("it has no end: the recorder was killed or the copy is incomplete")
+    start, _, checksum = _FOOTER.unpack_from(tail, HEAD.size)
+    if start == 0:
+        raise SummaryError("it has no summary", is_damage=False)
+    if start > size - _TAIL_BYTES:
+        raise SummaryError("its summary is damaged")
+    data = read_at(file, start, size - _TAIL_BYTES - start)
+    covered = tail[: HEAD.size + _FOOTER.size - 4]
+    if checksum and zlib.crc32(data + covered) != checksum:
+        raise SummaryError("its summary is damaged")
+    return _index_from_records(data, start)
+
+
+def chunk_data(content: bytes) -> bytes:
+    """Return what a chunk holds, decompressed, its checksum checked.
+
+    Args:
+        content: The chunk's record behind opcode and length.
+
+    Raises:
+        One of ``DAMAGE``: The chunk is damaged or its compression is unknown.
+    """
+    chunk = decode(Opcode.CHUNK, content)
+    if not isinstance(chunk, Chunk):
+        raise TypeError("this is no chunk")
+    if CHUNK_FIELDS + len(chunk.compression) + len(chunk.data) != len(content):
+        raise ValueError("its lengths disagree")
+    size = chunk.uncompressed_size
+    if chunk.compression == "zstd":
+        declared = zstandard.frame_content_size(chunk.data)
+        size = size if declared < 0 else declared
+    if size > LARGEST_CHUNK:
+        raise ValueError(f"it claims {size} bytes")
+    stream, size = get_chunk_data_stream(chunk, validate_crc=True)
+    if size != chunk.uncompressed_size:
+        raise ValueError(f"it holds {size} bytes instead of {chunk.uncompressed_size}")
+    return stream.read(size)
+
+
+def _index_from_records(data: bytes, limit: int) -> McapIndex:
+    """Return the index in the records of a summary that begins at byte ``limit``."""
+    index = McapIndex()
+    statistics = None
+    alike: dict[frozenset[int], frozenset[int]] = {}  # chunks by the thousand hold the same topics
+    run = split_records(data, 0)
+    if not run.is_whole:
+        raise SummaryError("its summary is damaged")
+    try:
+        for opcode, content in run.others:
+            record = decode(opcode, content)
+            if isinstance(record, Schema):
+                index.schemas[record.id] = record
+            elif isinstance(record, Channel):
+                index.channels[record.id] = record
+            elif isinstance(record, ChunkIndex):
+                channels = frozenset(record.message_index_offsets)
+                index.segments.append(_segment(record, limit, alike.setdefault(channels, channels)))
+            elif isinstance(record, Statistics):
+                statistics = record
+    except DAMAGE as error:
+        raise SummaryError(f"its summary is damaged ({error})") from error
+    _take_statistics(index, statistics)
+    return index
+
+
+def _segment(chunk: ChunkIndex, limit: int, channels: frozenset[int]) -> Segment:
+    start, length = chunk.chunk_start_offset, chunk.chunk_length
+    if start + length > limit:
+        raise ValueError("a chunk is said to lie outside")
+    return Segment(
+        chunk.message_start_time,
+        start,
+        length,
+        chunk.message_end_time,
+        channels or None,
+        is_chunk=True,
+    )
+
+
+def _take_statistics(index: McapIndex, statistics: Statistics | None) -> None:
+    """Add counts and the time span; refuse a summary that leaves messages or topics out."""
+    used = {channel for each in index.segments for channel in each.channels or ()}
+    if statistics is not None:
+        index.counts = Counter(statistics.channel_message_counts)
+        used |= {channel for channel, count in index.counts.items() if count}
+    if not index.segments and (statistics is None or statistics.message_count > 0):
+        raise SummaryError("its summary lists no chunks", is_damage=False)
+    known = index.channels.keys()
+    schemas = index.schemas.keys() | {0}
+    if used - known or (index.segments and not known):
+        raise SummaryError("its summary lists not all topics", is_damage=False)
+    if any(channel.schema_id not in schemas for channel in index.channels.values()):
+        raise SummaryError("its summary lists not all types", is_damage=False)
+    if statistics is None:
+        for each in index.segments:
+            index.span(each.start_ns, each.end_ns)
+    elif statistics.message_count > 0:
+        index.span(statistics.message_start_time, statistics.message_end_time)

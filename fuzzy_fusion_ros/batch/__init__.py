@@ -1,0 +1,1 @@
+"""The same method over whole recordings: arrays in, arrays out, compiled where numba is there."""

@@ -1,0 +1,76 @@
+"""Which rules lead, and how far the membership functions and the gate are used."""
+
+from __future__ import annotations
+
+from fuzzy_fusion_ros.core.aggregator import FiringStrengths
+from fuzzy_fusion_ros.core.estimator import FUSED
+from fuzzy_fusion_ros.core.numerics import seconds_between
+from fuzzy_fusion_ros.online.fusion import Fused
+
+LONGEST_STEP = 1.0
+"""At most so much between two estimates counts for the rule that led at the first, seconds."""
+
+SATURATED = 0.999
+"""A grade of *large* from which on the input counts as fully large, rounding aside."""
+
+
+class RuleRecord:
+    """Which rules have led and how far the membership functions were used, since a start.
+
+    Attributes:
+        estimates: Fused estimates seen.
+        seconds: How long each rule of Table 1 led, in its order.
+        difference: Lowest and highest grade of *large* of the difference.
+        rate: Lowest and highest grade of *large* of the rate.
+        predictions: Predictions that came to the gate.
+        accepted: Predictions that it let count.
+        apart_s: For how long the difference has been fully large without a break, seconds.
+    """
+
+    def __init__(self) -> None:
+        self.estimates = 0
+        self.seconds = [0.0] * len(FiringStrengths._fields)
+        self.difference = (1.0, 0.0)
+        self.rate = (1.0, 0.0)
+        self.predictions = 0
+        self.accepted = 0
+        self.apart_s = 0.0
+        self._last: tuple[int, int] | None = None
+        self._apart_since_ns: int | None = None
+
+    @property
+    def watched_s(self) -> float:
+        """Time that counted for any rule, seconds."""
+        return sum(self.seconds)
+
+    def see(self, fused: Fused) -> None:
+        """Take an estimate; those of a single sensor only end what went on."""
+        estimate, stamp_ns = fused.estimate, fused.stamp_ns
+        if estimate.mode != FUSED:
+            self._last = None
+            self._see_apart(False, stamp_ns)
+            return
+        strengths = estimate.aggregate.strengths
+        if self._last is not None:
+            led, last_ns = self._last
+            self.seconds[led] += min(max(seconds_between(last_ns, stamp_ns), 0.0), LONGEST_STEP)
+        self._last = (max(range(4), key=strengths.__getitem__), stamp_ns)
+        difference = strengths.large_small + strengths.large_large
+        self.difference = _widened(self.difference, difference)
+        self.rate = _widened(self.rate, strengths.small_large + strengths.large_large)
+        self._see_apart(difference >= SATURATED, stamp_ns)
+        self.estimates += 1
+        self.predictions += estimate.prediction.exists
+        self.accepted += estimate.accepted
+
+    def _see_apart(self, apart: bool, stamp_ns: int) -> None:
+        if not apart:
+            self._apart_since_ns = None
+        elif self._apart_since_ns is None:
+            self._apart_since_ns = stamp_ns
+        since_ns = stamp_ns if self._apart_since_ns is None else self._apart_since_ns
+        self.apart_s = seconds_between(since_ns, stamp_ns)
+
+
+def _widened(span: tuple[float, float], value: float) -> tuple[float, float]:
+    return min(span[0], value), max(span[1], value)

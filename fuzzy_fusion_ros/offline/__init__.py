@@ -1,0 +1,1 @@
+"""What the fusion does with bags: read a recording, replay it into a new bag."""

@@ -1,0 +1,219 @@
+"""Replay: a bag through the same fusion as in the node, into a new bag.
+
+Reads straight through: messages in log order, samples, ``Fusion``, messages.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Iterator
+from itertools import zip_longest
+from pathlib import Path
+from typing import NamedTuple
+
+from fuzzy_fusion_ros.bag.qos import QosProfile
+from fuzzy_fusion_ros.bag.reader import BagReader, open_bag
+from fuzzy_fusion_ros.bag.topic import BagMessage, Definition, Topic
+from fuzzy_fusion_ros.bag.writer import BagWriter
+from fuzzy_fusion_ros.messages.outputs import (
+    EXPLANATION,
+    EstimateMessages,
+    explain,
+    point_template,
+)
+from fuzzy_fusion_ros.offline.recording import UNREADABLE, Progress
+from fuzzy_fusion_ros.offline.topics import Topics, codecs_of, explanation_prefix
+from fuzzy_fusion_ros.online.fusion import Fused, Fusion
+from fuzzy_fusion_ros.online.guard import Guard
+from fuzzy_fusion_ros.online.ticks import Ticks
+from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+
+_UNDESCRIBED = Definition("unknown", "")
+
+
+class Replayed(NamedTuple):
+    """What a replay did.
+
+    Attributes:
+        messages: Messages of the input that were copied.
+        estimates: Estimates that were written.
+        restarts: How often time jumped back.
+        notes: What was left out and why, one line each.
+    """
+
+    messages: int
+    estimates: int
+    restarts: int
+    notes: tuple[str, ...]
+
+
+def replay(
+    bag: BagReader,
+    output: str | Path,
+    topics: Topics,
+    parameters: Parameters,
+    start_s: float | None = None,
+    end_s: float | None = None,
+    progress: Progress = lambda messages: messages,
+) -> Replayed:
+    """Run a bag through the fusion into a new bag.
+
+    The new bag holds the messages of the old one, bytes unchanged, less its estimates and their
+    explanation; and after each message what the node would have published because of it, at the
+    same log time. Memory does not grow with the bag.
+
+    Args:
+        bag: The bag; S1 and S2 must be in it.
+        output: Directory of the new bag.
+        topics: Where S1 and S2 are, and where the estimate goes.
+        parameters: Of the fusion.
+        start_s: Where to begin, seconds from the bag's first message.
+        end_s: Where to end, before this.
+        progress: Passes the messages on.
+
+    Raises:
+        BagError: S1 or S2 is not in the bag, nothing is in the span, or the new bag cannot be
+            written.
+        MessageError: A field is not in its type.
+    """
+    bag.require_topics(topics.s1, topics.s2)
+    bag.require_messages_from(start_s)
+    if topics.estimate in {topics.s1, topics.s2}:
+        raise BagError(f"topic {topics.estimate} cannot be both a sensor and the estimate")
+    station = _Station(bag, topics, parameters)
+    written = set(station.outputs)
+    copied = 0
+    with BagWriter(output, bag.types) as writer:
+        for topic in bag.topics.values():
+            if topic.name not in written:
+                _declare(writer, topic)
+        for name, msgtype in station.outputs.items():
+            writer.add_topic(name, msgtype, qos=[QosProfile()])
+        kept = [name for name in bag.topics if name not in written]
+        for message in progress(bag.messages(kept, start_s, end_s)):
+            for out in station.before(message.log_ns):
+                writer.write(*out)
+            writer.write(*message)
+            copied += 1
+            for out in station.take(message):
+                writer.write(*out)
+    return station.result(copied)
+
+
+def differences(one: str | Path, other: str | Path, topics: Collection[str]) -> list[str]:
+    """Return how the messages of two bags differ on some topics, one line each; log times aside.
+
+    Args:
+        one: A bag.
+        other: Another.
+        topics: The topics; each must be in both.
+
+    Raises:
+        BagError: A bag cannot be read.
+    """
+    found = []
+    with open_bag(one) as left, open_bag(other) as right:
+        for topic in topics:
+            pairs = zip_longest(left.messages([topic]), right.messages([topic]))
+            at = next((k for k, (a, b) in enumerate(pairs) if not _equal(a, b)), None)
+            if at is not None:
+                found.append(f"{topic} differs from message {at} on")
+            elif topic not in left.topics or topic not in right.topics:
+                found.append(f"{topic} is not in both bags")
+    return found
+
+
+def _equal(one: BagMessage | None, other: BagMessage | None) -> bool:
+    if one is None or other is None:
+        return False
+    return (one.msgtype, one.data) == (other.msgtype, other.data)
+
+
+def _declare(writer: BagWriter, topic: Topic) -> None:
+    try:
+        writer.add_topic(topic.name, topic.msgtype, qos=topic.qos, definition=topic.definition)
+    except BagError:  # nobody knows the type, so copy its messages as they came
+        writer.add_topic(topic.name, topic.msgtype, qos=topic.qos, definition=_UNDESCRIBED)
+
+
+class _Station:
+    """The fusion between messages in and messages out.
+
+    Attributes:
+        outputs: The topics that it writes, and their types.
+    """
+
+    def __init__(self, bag: BagReader, topics: Topics, parameters: Parameters) -> None:
+        self._bag = bag
+        self._topics = topics
+        self._codecs = codecs_of(bag, topics, parameters, ("s1", "s2"))
+        self._fusion = Fusion(parameters)
+        self._ticks = Ticks(parameters)
+        self._point = point_template(bag.types)
+        self._estimates = EstimateMessages(bag.types, parameters.estimate, self._codecs["s2"])
+        self._prefix = explanation_prefix(topics.estimate)
+        self.outputs = {topics.estimate: self._estimates.codec.type_name}
+        self.outputs |= {self._prefix + name: kind for name, kind in EXPLANATION.items()}
+        self._unreadable: Counter[str] = Counter()
+        self._unwritable = 0
+        self._written = 0
+
+    def before(self, log_ns: int) -> Iterator[BagMessage]:
+        """Yield what ticks have brought about by the time of the next message."""
+        due_ns = self._ticks.due(log_ns)
+        if due_ns is not None:
+            yield from self._publish(self._fusion.tick(), due_ns)
+
+    def take(self, message: BagMessage) -> Iterator[BagMessage]:
+        """Yield what a message brings about."""
+        try:
+            if message.topic == self._topics.s1:
+                yield from self._publish(self._take_s1(message), message.log_ns)
+            if message.topic == self._topics.s2:
+                yield from self._publish(self._take_s2(message), message.log_ns)
+        except MessageError:
+            self._unreadable[message.topic] += 1
+
+    def result(self, copied: int) -> Replayed:
+        """Return what was done."""
+        notes = [f"{topic}: {n} left out, {UNREADABLE}" for topic, n in self._unreadable.items()]
+        notes += _dropped(self._topics.s1, self._fusion.s1)
+        notes += _dropped(self._topics.s2, self._fusion.s2)
+        if self._unwritable:
+            notes.append(
+                f"{self._unwritable} estimates do not fit into {self._estimates.codec.type_name}"
+            )
+        return Replayed(copied, self._written, self._fusion.restarts, (*notes, *self._bag.problems))
+
+    def _take_s1(self, message: BagMessage) -> Fused | None:
+        sample = self._codecs["s1"].sample(message.data, message.log_ns)
+        return self._fusion.take_s1(sample, message.log_ns)
+
+    def _take_s2(self, message: BagMessage) -> Fused | None:
+        sample = self._codecs["s2"].sample(message.data, message.log_ns)
+        admitted = self._fusion.s2.admitted
+        fused = self._fusion.take_s2(sample, message.log_ns)
+        if self._fusion.s2.admitted > admitted:
+            self._estimates.see_s2(message.data)
+        return fused
+
+    def _publish(self, fused: Fused | None, log_ns: int) -> Iterator[BagMessage]:
+        if fused is None:
+            return
+        try:
+            data = self._estimates.message(fused)
+        except MessageError:
+            self._unwritable += 1
+            return
+        self._written += 1
+        yield self._message(self._topics.estimate, log_ns, data)
+        for name, data in explain(self._point, fused):
+            yield self._message(self._prefix + name, log_ns, data)
+
+    def _message(self, topic: str, log_ns: int, data: bytes) -> BagMessage:
+        return BagMessage(topic, self.outputs[topic], log_ns, data)
+
+
+def _dropped(topic: str, guard: Guard) -> list[str]:
+    return [f"{topic}: {n} left out, {reason.value}" for reason, n in guard.dropped.items()]

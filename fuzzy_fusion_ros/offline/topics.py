@@ -1,0 +1,139 @@
+"""Which topic plays which role, and where its number is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import NamedTuple
+
+from fuzzy_fusion_ros.bag.reader import BagReader
+from fuzzy_fusion_ros.messages import ScalarCodec
+from fuzzy_fusion_ros.parameters.errors import MessageError
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+
+NODE = "fusion_node"
+ROLES = ("s1", "s2", "estimate", "truth")
+
+
+class Topics(NamedTuple):
+    """The topics that are read.
+
+    Attributes:
+        s1: Topic of S1.
+        s2: Topic of S2.
+        estimate: Topic of the estimate.
+        truth: Topic of the truth.
+        fields: Paths of the numbers by role; under ``""`` one for every topic whose type has it.
+    """
+
+    s1: str = "/s1"
+    s2: str = "/s2"
+    estimate: str = "/estimate"
+    truth: str = "/truth"
+    fields: Mapping[str, str] = MappingProxyType({})
+
+    def by_role(self) -> dict[str, str]:
+        """Return the topic of each role."""
+        return {role: getattr(self, role) for role in ROLES}
+
+
+def explanation_prefix(estimate: str) -> str:
+    """Return where the node's own topics are: beside its estimate, below its name."""
+    return f"{estimate.rpartition('/')[0]}/{NODE}/"
+
+
+def codecs_of(
+    bag: BagReader, topics: Topics, parameters: Parameters, roles: Sequence[str] = ROLES
+) -> dict[str, ScalarCodec]:
+    """Return what reads the samples of each role whose topic the bag has.
+
+    A path in ``topics`` comes before one in ``parameters``, and that before the type's own.
+
+    Args:
+        bag: The bag.
+        topics: The topics of the roles.
+        parameters: Of the fusion.
+        roles: Those that matter.
+
+    Raises:
+        MessageError: A path is not in its type, or the one for all is in none of the types, or
+            there is none and the type has none of its own.
+    """
+    _require_common(bag, topics)
+    configured = {
+        "s1": parameters.s1.field,
+        "s2": parameters.s2.field,
+        "estimate": parameters.estimate.field or parameters.s2.field,
+        "truth": "",
+    }
+    return {
+        role: codec_of(
+            bag,
+            topic,
+            topics.fields.get(role, ""),
+            topics.fields.get("", ""),
+            configured[role],
+        )
+        for role, topic in topics.by_role().items()
+        if role in roles and topic in bag.topics
+    }
+
+
+def _require_common(bag: BagReader, topics: Topics) -> None:
+    """Refuse a path for all that fits none: it is misspelt."""
+    common = topics.fields.get("", "")
+    problems = []
+    for topic in topics.by_role().values() if common else ():
+        try:
+            if topic in bag.topics:
+                ScalarCodec(bag.types, bag.topics[topic].msgtype, common)
+                return
+        except MessageError as error:
+            problems.append(f"topic {topic}: {error}")
+    if problems:
+        raise MessageError(problems[0])
+
+
+def codec_of(
+    bag: BagReader, topic: str, own: str = "", common: str = "", configured: str = ""
+) -> ScalarCodec:
+    """Return what reads the samples of a topic.
+
+    Args:
+        bag: The bag, which has the topic.
+        topic: The topic.
+        own: The path of its number, where the user gave one for it.
+        common: The path given for every topic whose type has it.
+        configured: The path in the fusion's parameters.
+
+    Raises:
+        MessageError: A path is not in its type, or there is none and the type has none of its own.
+    """
+    msgtype = bag.topics[topic].msgtype
+    problems = []
+    for text in [own] if own else [common, configured, ""] if common else [configured]:
+        try:
+            return ScalarCodec(bag.types, msgtype, text)
+        except MessageError as error:
+            problems.append(error)
+    raise MessageError(f"topic {topic}: {problems[0]}")
+
+
+_UNITS = {
+    "linear_acceleration": "m/s^2",
+    "accel.linear": "m/s^2",
+    "accel.angular": "rad/s^2",
+    "angular_velocity": "rad/s",
+    "twist.linear": "m/s",
+    "twist.angular": "rad/s",
+    "sensor_msgs/msg/Range": "m",
+    "sensor_msgs/msg/Temperature": "degC",
+    "sensor_msgs/msg/FluidPressure": "Pa",
+    "sensor_msgs/msg/MagneticField": "T",
+    "sensor_msgs/msg/Illuminance": "lx",
+}
+
+
+def unit_of(msgtype: str, field: str) -> str:
+    """Return the unit that a standard message gives its number; ``""`` for a plain scalar."""
+    return next((unit for mark, unit in _UNITS.items() if mark in f"{msgtype} {field}"), "")

@@ -1,0 +1,1 @@
+"""The fusion of two live streams: guards, trigger, estimator. No ROS, no files, no clock."""

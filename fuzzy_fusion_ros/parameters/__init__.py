@@ -1,0 +1,1 @@
+"""Parameters: groups that are described and checked, those of the fusion, and their YAML files."""

@@ -1,0 +1,262 @@
+"""ROS parameter files, read as ROS reads them but without ROS, and written.
+
+A node gets its files from rclpy; the tools that work offline read the same files here. Scalars
+are resolved by rcl's rules, which differ from YAML's own: ``1e5`` is a number, ``y`` is true.
+"""
+
+from __future__ import annotations
+
+import difflib
+import json
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from fuzzy_fusion_ros.parameters.errors import ParameterError
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import (
+    Descriptor,
+    Group,
+    Value,
+    descriptors,
+    flatten,
+    replace,
+)
+
+KEY = "ros__parameters"
+
+_TRUE = {"y", "Y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"}
+_FALSE = {"n", "N", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"}
+_SPECIAL = re.compile(r"([-+]?)\.(nan|NaN|NAN|inf|Inf|INF)")
+
+
+class ParameterFileError(ParameterError):
+    """A parameter file cannot be used."""
+
+    def __init__(self, path: str | Path, problem: str) -> None:
+        Exception.__init__(self, f"parameter file {str(path)!r}: {problem}")
+        self.name = ""
+        self.problem = problem
+
+
+def load(path: str | Path, node_name: str = "fusion_node") -> dict[str, Any]:
+    """Return the parameters that a file holds for a node, by dotted name, later ones winning.
+
+    Args:
+        path: The file.
+        node_name: The node; ``/ns/name`` is met by what ROS would give that node, a bare name by
+            what it would give a node of that name in any namespace.
+
+    Raises:
+        ParameterFileError: The file is missing, is no parameter file, or holds nothing for the
+            node.
+    """
+    found: dict[str, Any] = {}
+    others: list[str] = []
+    for owner, values in _sections(path):
+        if applies(owner, node_name):
+            found.update(values)
+        else:
+            others.append(owner)
+    if not found:
+        names = ", ".join(others) or "no node at all"
+        raise ParameterFileError(
+            path, f"nothing in it is for {node_name}; it is for {names}: rename the entry"
+        )
+    return found
+
+
+def owners(path: str | Path) -> list[str]:
+    """Return the names of the nodes that a file has something for.
+
+    Raises:
+        ParameterFileError: The file is missing or is no parameter file.
+    """
+    return [owner for owner, _ in _sections(path)]
+
+
+def parameters_from(path: str | Path, node_name: str = "fusion_node") -> Parameters:
+    """Return the fusion's parameters with those of a file laid over the defaults.
+
+    Raises:
+        ParameterError: As :func:`load`; a name is unknown, a value or a combination not allowed.
+    """
+    values = load(path, node_name)
+    own = {name: value for name, value in values.items() if not is_builtin(name)}
+    described = {name: each for name, each, _ in descriptors(Parameters)}
+    try:
+        for name, value in own.items():
+            refuse(name, value, described)
+        return replace(Parameters(), own)
+    except ParameterError as error:
+        raise ParameterFileError(path, str(error)) from None
+
+
+def dump(
+    parameters: Group,
+    path: str | Path,
+    comments: Iterable[str] = (),
+    node_name: str = "fusion_node",
+) -> None:
+    """Write parameters as a file that the node takes.
+
+    Args:
+        parameters: What to write, each with its meaning, unit and range beside it.
+        path: The file, overwritten if it exists.
+        comments: Lines to write at the top.
+        node_name: The node that it is for, in any namespace.
+
+    Raises:
+        ParameterFileError: The file cannot be written.
+    """
+    lines = [f"# {line}".rstrip() for line in comments]
+    lines += [f"/**/{node_name}:", f"  {KEY}:"]
+    lines += _entries(parameters)
+    try:
+        Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise ParameterFileError(path, f"cannot be written: {error.strerror}") from error
+
+
+def is_builtin(name: str) -> bool:
+    """Return whether a parameter is one that every ROS node has."""
+    return name in {"use_sim_time", "start_type_description_service"} or name.startswith(
+        "qos_overrides."
+    )
+
+
+def refuse(name: str, value: object, described: Mapping[str, Descriptor]) -> None:
+    """Raise if a parameter is unknown, or is a text that YAML has turned into true or false.
+
+    Raises:
+        ParameterError: It is; the error names the nearest known one, or says to quote the text.
+    """
+    if name not in described:
+        close = difflib.get_close_matches(name, list(described), n=1, cutoff=0.6)
+        advice = f"did you mean {close[0]}?" if close else f"known are {', '.join(described)}"
+        raise ParameterError(name, f"unknown; {advice}")
+    if isinstance(value, bool) and described[name].kind is str:
+        raise ParameterError(name, f"got {value!r}, expected text: quote words like 'y' and 'on'")
+
+
+def applies(owner: str, node_name: str) -> bool:
+    """Return whether ROS would give the entry ``owner`` to a node.
+
+    Args:
+        owner: A node's full name as it stands in a file; ``*`` is any one part of it, ``**``
+            any number of parts.
+        node_name: ``/ns/name``, or a bare name for a node of that name in any namespace.
+    """
+    parts = [part for part in owner.split("/") if part]
+    if not node_name.startswith("/"):
+        return bool(parts) and parts[-1] in {node_name, "*", "**"}
+    return _matches(parts, [part for part in node_name.split("/") if part])
+
+
+def _matches(pattern: list[str], names: list[str]) -> bool:
+    if not pattern:
+        return not names
+    head, rest = pattern[0], pattern[1:]
+    if head == "**":
+        return any(_matches(rest, names[skipped:]) for skipped in range(len(names) + 1))
+    return bool(names) and head in {"*", names[0]} and _matches(rest, names[1:])
+
+
+def _sections(path: str | Path) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield each node's name in a file with its parameters."""
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+        root = yaml.compose(text, yaml.SafeLoader)
+    except OSError as error:
+        raise ParameterFileError(path, f"cannot be read: {error.strerror}") from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        reason = " ".join(str(error).split())
+        raise ParameterFileError(path, f"is no YAML: {reason}") from None
+    if not isinstance(root, yaml.MappingNode):
+        raise ParameterFileError(path, f"expected node names with {KEY}: below them")
+    yield from _nodes_in(path, root, "")
+
+
+def _nodes_in(path: str | Path, node: Any, owner: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    for key, value in node.value:
+        if not isinstance(value, yaml.MappingNode):
+            line = key.start_mark.line + 1
+            raise ParameterFileError(
+                path, f"line {line}: expected {KEY}: between the node's name and {key.value!r}"
+            )
+        if key.value == KEY:
+            yield owner or "/", dict(_parameters_in(path, value, ""))
+        else:
+            yield from _nodes_in(path, value, f"{owner}/{key.value.strip('/')}")
+
+
+def _parameters_in(path: str | Path, node: Any, prefix: str) -> Iterator[tuple[str, Any]]:
+    for key, value in node.value:
+        name = f"{prefix}{key.value}"
+        if isinstance(value, yaml.MappingNode):
+            yield from _parameters_in(path, value, f"{name}.")
+        elif isinstance(value, yaml.SequenceNode):
+            yield name, [_scalar(each) for each in value.value]
+        else:
+            yield name, _scalar(value)
+
+
+def _scalar(node: Any) -> Any:
+    """Return a scalar as rcl understands it."""
+    text = node.value
+    if not isinstance(node, yaml.ScalarNode) or node.style is not None:
+        return text
+    if text in _TRUE or text in _FALSE:
+        return text in _TRUE
+    if "_" in text:  # Python's numbers may have it, C's may not
+        return text
+    if special := _SPECIAL.fullmatch(text):
+        return float(special[1] + special[2])
+    for read in (_integer, float):
+        try:
+            return read(text)
+        except ValueError:
+            pass
+    return text or None
+
+
+def _integer(text: str) -> int:
+    """Read an integer as C does: ``0x`` is hexadecimal, a leading 0 octal."""
+    sign, digits = (text[:1], text[1:]) if text[:1] in ("-", "+") else ("", text)
+    base = 16 if digits[:2].lower() == "0x" else 8 if digits[:1] == "0" else 10
+    return int(sign + digits, base)
+
+
+def _entries(parameters: Group) -> Iterator[str]:
+    """Yield the lines of a group, nested as it is."""
+    values = flatten(parameters)
+    above: list[str] = []
+    for name, descriptor, _ in descriptors(type(parameters)):
+        *groups, last = name.split(".")
+        shared = _shared(above, groups)
+        for depth in range(shared, len(groups)):
+            yield f"{'  ' * (depth + 2)}{groups[depth]}:"
+        above = groups
+        unit = f", {descriptor.unit}" if descriptor.unit else ""
+        comment = f"{descriptor.text}; {descriptor.range}{unit}"
+        yield f"{'  ' * (len(groups) + 2)}{last}: {_written(values[name])}  # {comment}"
+
+
+def _shared(one: list[str], other: list[str]) -> int:
+    for depth, (a, b) in enumerate(zip(one, other, strict=False)):
+        if a != b:
+            return depth
+    return min(len(one), len(other))
+
+
+def _written(value: Value) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    text = repr(value)
+    mantissa, e, exponent = text.partition("e")
+    return f"{mantissa}.0e{exponent}" if e and "." not in mantissa else text

@@ -1,0 +1,175 @@
+"""Every parameter of the fusion: one definition for node, YAML, command line, docs and Python.
+
+Defaults of the aggregator, the predictor and the gate are fitted to the benchmark of the docs
+(a pendulum angle in rad); ``tune`` fits them to a recording.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fuzzy_fusion_ros.parameters.errors import ParameterError
+from fuzzy_fusion_ros.parameters.group import Group, group, integer, real, switch, text
+
+
+@dataclass(frozen=True)
+class BreakPoints(Group):
+    """Fig. 4: where *large* starts to rise from 0, and where it reaches 1."""
+
+    small: float = real(0.0, "up to here the input is fully small")
+    large: float = real(1.0, "from here on the input is fully large")
+
+    def check_together(self) -> None:
+        """Check that the ramp rises.
+
+        Raises:
+            ParameterError: ``small`` is not below ``large``.
+        """
+        if not self.small < self.large:
+            raise ParameterError(
+                "small", f"got {self.small!r}, expected less than large {self.large!r}"
+            )
+
+
+@dataclass(frozen=True)
+class Weights(Group):
+    """Table 1, W1: the weight of S1 that each rule concludes."""
+
+    very_small: float = real(0.0, "W1 when the difference is large and the rate small", high=1.0)
+    small: float = real(0.016, "W1 when difference and rate are small", high=1.0)
+    large: float = real(0.12, "W1 when the difference is small and the rate large", high=1.0)
+    very_large: float = real(0.42, "W1 when difference and rate are large", high=1.0)
+
+
+@dataclass(frozen=True)
+class Drifts(Group):
+    """Table 1, drift: what is added in the direction of the signal's motion."""
+
+    small: float = real(0.0, "drift under every other rule", unit="signal")
+    large: float = real(
+        0.126, "drift when the difference is small and the rate large", unit="signal"
+    )
+
+
+@dataclass(frozen=True)
+class AggregatorParameters(Group):
+    """The fuzzy aggregator, method § 2."""
+
+    difference: BreakPoints = group(BreakPoints(0.07, 0.6))
+    rate: BreakPoints = group(BreakPoints(0.01, 1.75))
+    rate_time_constant: float = real(
+        0.025,
+        "time constant of the low-pass on dS2/dt; 0 is the bare difference",
+        unit="s",
+        high=1e3,
+    )
+    weight: Weights = group(Weights())
+    drift: Drifts = group(Drifts())
+
+
+@dataclass(frozen=True)
+class PredictorParameters(Group):
+    """The fuzzy predictor, method § 3."""
+
+    enabled: bool = switch(False, "whether the fuzzy predictor runs")
+    samples: int = integer(20, "number n of previous estimates kept", low=3, high=200)
+    rules: int = integer(5, "number M of rules", low=2, high=50)
+    slope: float = real(0.9, "slope of the steepest of the first rules", unit="signal/s", low=1e-9)
+    lead: float = real(2.3, "steps that the first rules look ahead", unit="steps", high=100.0)
+    learning_rate: float = real(0.005, "step size of the gradient descent", high=1.0)
+    error_threshold: float = real(1e-3, "training stops below this error", unit="signal")
+    max_iterations: int = integer(1, "bound on training steps at each sample", low=0, high=1000)
+
+
+@dataclass(frozen=True)
+class GateParameters(Group):
+    """The validity gate, method § 4."""
+
+    tolerance: float = real(
+        0.04, "largest distance of prediction and aggregate at which both count", unit="signal"
+    )
+
+
+@dataclass(frozen=True)
+class SensorParameters(Group):
+    """One input: its message type, the field that holds the scalar, and when it counts as lost."""
+
+    type: str = text("geometry_msgs/msg/PointStamped", "message type, as package/msg/Type")
+    field: str = text("", "path of the scalar in the message; empty for the type's own")
+    timeout: float = real(
+        1.0,
+        "without a sample for longer the sensor is lost and its history restarts",
+        unit="s",
+        low=1e-3,
+    )
+
+
+@dataclass(frozen=True)
+class FastSensorParameters(SensorParameters):
+    """S1, with its conditioning: our extension, off by default."""
+
+    spike_threshold: float = real(
+        0.0, "a step of S1 beyond this is a spike and left out; 0 is off", unit="signal"
+    )
+    lowpass_time_constant: float = real(
+        0.0, "time constant of the low-pass on S1; 0 is off", unit="s", high=1e3
+    )
+    trend_time_constant: float = real(
+        0.0, "time constant of the low-pass's slope, which frees ramps of lag; 0 is off", unit="s"
+    )
+    bias_time_constant: float = real(
+        0.0, "time constant of the estimate of S1's bias; 0 is off", unit="s"
+    )
+    bias_moving_share: float = real(
+        0.0, "share of the bias's learning that goes on while the signal moves", high=1.0
+    )
+    drift_time_constant: float = real(
+        0.0,
+        "time constant of the estimate of the bias's slope, which is believed for about so long; "
+        "0 is off",
+        unit="s",
+    )
+
+
+@dataclass(frozen=True)
+class SlowSensorParameters(SensorParameters):
+    """S2, with the model of it through which S1's bias is learnt."""
+
+    lag_time_constant: float = real(
+        0.0, "time constant of S2's lag as S1's bias sees it", unit="s", high=1e3
+    )
+    delay: float = real(0.0, "delay of S2 as S1's bias sees it", unit="s", high=1e3)
+
+
+@dataclass(frozen=True)
+class EstimateParameters(Group):
+    """The output message; both empty: a copy of S2's latest."""
+
+    type: str = text("", "message type of the estimate; empty for S2's")
+    field: str = text("", "path of the scalar in the estimate; empty for S2's or the type's own")
+
+
+@dataclass(frozen=True)
+class Parameters(Group):
+    """All parameters of the fusion."""
+
+    s1: FastSensorParameters = group(FastSensorParameters())
+    s2: SlowSensorParameters = group(SlowSensorParameters(timeout=5.0))
+    estimate: EstimateParameters = group(EstimateParameters())
+    trigger: str = text(
+        "s1",
+        "s1: at every S1 sample, newest S2 held; pair: when S1 and S2 of one stamp are there; "
+        "timer: at rate",
+        choices=("s1", "pair", "timer"),
+    )
+    rate: float = real(100.0, "rate of the timer trigger", unit="Hz", low=1e-3, high=1e4)
+    future_tolerance: float = real(10.0, "a stamp further ahead of the clock is dropped", unit="s")
+    qos: str = text(
+        "sensor_data",
+        "quality of service of both inputs: best effort or reliable delivery",
+        choices=("sensor_data", "reliable"),
+    )
+    record: str = text("", "bag directory to record inputs and outputs to; empty for none")
+    aggregator: AggregatorParameters = group(AggregatorParameters())
+    predictor: PredictorParameters = group(PredictorParameters())
+    gate: GateParameters = group(GateParameters())

@@ -1,0 +1,1 @@
+"""A toolkit for rclpy nodes that knows nothing of the fusion."""

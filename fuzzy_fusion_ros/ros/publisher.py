@@ -1,0 +1,73 @@
+"""A topic that a node publishes and, if it records, records."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+from rclpy.duration import Duration
+from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+from fuzzy_fusion_ros.messages import load_message_class
+from fuzzy_fusion_ros.ros.qos import OUTPUT, OVERRIDABLE, log_unfit_subscription, overridable
+from fuzzy_fusion_ros.ros.recorder import Recorder
+
+
+class RecordingPublisher:
+    """One published topic; the wire and the bag get the same bytes."""
+
+    def __init__(
+        self,
+        node: Node,
+        topic: str,
+        type_name: str,
+        recorder: Recorder,
+        profile: QoSProfile = OUTPUT,
+    ) -> None:
+        """Publish on ``topic``, remapped or not.
+
+        Raises:
+            MessageError: The type is not installed.
+        """
+        message_type = load_message_class(type_name)
+        self._listeners = 0
+        profile = copy.copy(profile)  # overrides are written into it
+        events = PublisherEventCallbacks(
+            incompatible_qos=lambda event: log_unfit_subscription(node, self.topic, profile, event),
+            matched=self._on_matched,
+        )
+        with overridable(topic):
+            self._publisher = node.create_publisher(
+                message_type,
+                topic,
+                profile,
+                event_callbacks=events,
+                qos_overriding_options=OVERRIDABLE,
+            )
+        self.topic: str = self._publisher.topic_name
+        self._recorder = recorder
+        recorder.add(self.topic, type_name, profile)
+
+    @property
+    def wanted(self) -> bool:
+        """Whether anyone subscribes or records; told by events, since asking costs time."""
+        return self._recorder.records or self._listeners > 0
+
+    @property
+    def subscribers(self) -> int:
+        """Matched subscriptions."""
+        return int(self._publisher.get_subscription_count())
+
+    def _on_matched(self, event: Any) -> None:
+        self._listeners = event.current_count
+
+    def send(self, data: bytes, log_ns: int) -> None:
+        """Publish a serialised message and record it at ``log_ns``."""
+        self._publisher.publish(data)
+        self._recorder.write(self.topic, log_ns, data)
+
+    def flush(self, timeout: float) -> None:
+        """Wait until reliable subscriptions have all messages, for ``timeout`` seconds at most."""
+        self._publisher.wait_for_all_acked(Duration(seconds=timeout))

@@ -1,0 +1,80 @@
+"""Records what a node takes and publishes, bytes unchanged, as rosbag2 would."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from rclpy.qos import QoSProfile
+
+from fuzzy_fusion_ros.ros.qos import recorded
+
+
+class Recorder(Protocol):
+    """Takes messages in the order in which the node met them.
+
+    Attributes:
+        records: Whether it keeps them.
+    """
+
+    records: bool
+
+    def add(self, topic: str, type_name: str, qos: QoSProfile) -> None:
+        """Declare a topic by its full name."""
+
+    def write(self, topic: str, log_ns: int, data: bytes) -> None:
+        """Record a message; log times that run backwards are held."""
+
+    def close(self) -> None:
+        """Finish the bag."""
+
+
+class NoRecorder:
+    """Records nothing."""
+
+    records = False
+
+    def add(self, topic: str, type_name: str, qos: QoSProfile) -> None:
+        """Do nothing."""
+
+    def write(self, topic: str, log_ns: int, data: bytes) -> None:
+        """Do nothing."""
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+class BagRecorder:
+    """Records into a new bag directory."""
+
+    records = True
+
+    def __init__(self, path: str) -> None:
+        """Create the bag.
+
+        Raises:
+            BagError: The directory is not empty or cannot be written.
+        """
+        from fuzzy_fusion_ros.bag import BagWriter  # costs start-up time that few nodes need
+
+        self._writer = BagWriter(path)
+        self._types: dict[str, str] = {}
+        self._newest_ns = 0
+
+    def add(self, topic: str, type_name: str, qos: QoSProfile) -> None:
+        """Declare a topic by its full name."""
+        self._types[topic] = type_name
+        self._writer.add_topic(topic, type_name, qos=[recorded(qos)])
+
+    def write(self, topic: str, log_ns: int, data: bytes) -> None:
+        """Record a message; log time only orders, so it never runs backwards."""
+        self._newest_ns = max(self._newest_ns, log_ns)
+        self._writer.write(topic, self._types[topic], self._newest_ns, data)
+
+    def close(self) -> None:
+        """Finish the bag."""
+        self._writer.close()
+
+
+def recorder_for(path: str) -> Recorder:
+    """Return a recorder into ``path``, one that records nothing if that is empty."""
+    return BagRecorder(path) if path else NoRecorder()

@@ -1,0 +1,144 @@
+"""The compiler: with numba and without."""
+
+from __future__ import annotations
+
+import functools
+import importlib.util
+import threading
+from pathlib import Path
+from typing import Any
+
+import numba
+import pytest
+
+from fuzzy_fusion_ros.batch import compiled as module
+from fuzzy_fusion_ros.batch.compiled import compiled
+from fuzzy_fusion_ros.core.aggregator import blend, sign
+from fuzzy_fusion_ros.core.gate import NO_PREDICTION, combine
+from fuzzy_fusion_ros.core.numerics import lag_gain
+
+
+@pytest.fixture
+def fresh(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Forget what was compiled, for the time of a test."""
+    for name in ("_twin", "_jit"):
+        plain = getattr(module, name).__wrapped__
+        monkeypatch.setattr(module, name, functools.cache(plain))
+
+
+@pytest.fixture
+def without_numba(monkeypatch: pytest.MonkeyPatch, fresh: None) -> None:
+    """Let numba not be installed."""
+    find_spec = importlib.util.find_spec
+
+    def find(name: str, package: str | None = None) -> Any:
+        return None if name == "numba" else find_spec(name, package)
+
+    monkeypatch.setattr(importlib.util, "find_spec", find)
+
+
+def is_compiled(function: Any) -> bool:
+    """Tell whether numba has a hand in a function."""
+    return hasattr(function, "py_func")
+
+
+def test_a_compiled_function_gives_the_same_numbers() -> None:
+    fast = compiled(lag_gain)
+    assert is_compiled(fast)
+    for dt in (0.0, 1e-9, 0.01, 3.0, 1e9):
+        assert fast(dt, 0.2) == lag_gain(dt, 0.2)
+
+
+def test_a_function_is_compiled_once() -> None:
+    assert compiled(lag_gain) is compiled(lag_gain)
+    assert compiled(sign) is not compiled(lag_gain)
+
+
+def test_without_numba_the_functions_run_interpreted(without_numba: None) -> None:
+    slow = compiled(lag_gain)
+    assert not is_compiled(slow)
+    assert slow(0.01, 0.2) == lag_gain(0.01, 0.2)
+
+
+def test_without_numba_what_is_replaced_is_called_all_the_same(without_numba: None) -> None:
+    """``aggregate`` calls ``blend`` and ``sign``; only the one that is named changes."""
+    from fuzzy_fusion_ros.core.aggregator import aggregate
+    from fuzzy_fusion_ros.parameters.fusion import AggregatorParameters
+
+    def other(weight: float, s1: float, s2: float) -> float:
+        return 100.0
+
+    parameters = AggregatorParameters()
+    bound = compiled(aggregate, blend=other)
+    assert bound(parameters, 1.0, 2.0, 0.0).value == 100.0
+    assert compiled(aggregate)(parameters, 1.0, 1.0, 0.0).value == 1.0
+    assert aggregate(parameters, 1.0, 1.0, 0.0).value == 1.0  # the original is left as it was
+    assert bound.__qualname__ == f"aggregate.{other.__module__}.blend"
+
+
+def test_twins_keep_their_names(without_numba: None) -> None:
+    twin = compiled(combine)
+    assert (twin.__module__, twin.__name__) == (combine.__module__, "combine")
+    assert twin(NO_PREDICTION, 3.0, False) == 3.0
+
+
+def test_defaults_are_kept(without_numba: None) -> None:
+    def add(a: int, b: int = 5) -> int:
+        return a + b
+
+    assert compiled(add)(1) == 6
+
+
+def test_compiled_functions_do_not_hold_the_interpreter() -> None:
+    fast: Any = compiled(blend)
+    found: list[float] = []
+    threads = [threading.Thread(target=lambda: found.append(fast(0.5, 1.0, 2.0))) for _ in "ab"]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert found == [1.5, 1.5]
+    assert fast.targetoptions["nogil"] is True
+
+
+def test_work_is_kept_where_the_user_keeps_caches(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert module._cache_directory().parent == tmp_path / "fuzzy_fusion_ros"
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert module._cache_directory().parent == tmp_path / ".cache" / "fuzzy_fusion_ros"
+
+
+def test_work_is_kept_by_the_sources_that_went_in(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A change in any file of the method, also in one that is only called, starts anew."""
+    for room in module.ROOMS:
+        (tmp_path / room).mkdir()
+        (tmp_path / room / "part.py").write_text("x = 1\n")
+    monkeypatch.setattr(module, "__file__", str(tmp_path / "core" / "compiled.py"))
+    directories = {module._cache_directory(), module._cache_directory()}
+    for room in module.ROOMS:
+        (tmp_path / room / "part.py").write_text("x = 2\n")
+        directories.add(module._cache_directory())
+    assert len(directories) == 1 + len(module.ROOMS)
+
+
+def test_a_cache_directory_of_the_users_choice_stands(
+    monkeypatch: pytest.MonkeyPatch, fresh: None, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    module._jit()
+    assert str(tmp_path) == numba.config.CACHE_DIR
+
+
+def test_a_cache_directory_is_set_where_there_was_none(
+    monkeypatch: pytest.MonkeyPatch, fresh: None
+) -> None:
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    module._jit()
+    assert str(module._cache_directory()) == numba.config.CACHE_DIR

@@ -1,0 +1,171 @@
+"""A whole series at once: bit for bit what stepping gives, compiled or not."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from reference import signals
+
+from fuzzy_fusion_ros.batch import series
+from fuzzy_fusion_ros.batch.series import Method, Series, Trace, empty_trace, fusion, run
+from fuzzy_fusion_ros.core.estimator import FUSED, S1_ONLY, S2_ONLY, WAITING
+from fuzzy_fusion_ros.core.sample import Sample
+from fuzzy_fusion_ros.online.fusion import Fusion
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
+
+SECOND = 1_000_000_000
+
+VARIANTS: dict[str, dict[str, object]] = {
+    "plain": {},
+    "predictor": {"predictor.enabled": True},
+    "two rules": {"predictor.enabled": True, "predictor.rules": 2},
+    "small predictor": {
+        "predictor.enabled": True,
+        "predictor.samples": 3,
+        "predictor.rules": 2,
+        "predictor.max_iterations": 20,
+        "predictor.error_threshold": 0.0,
+    },
+    "conditioned": {"s1.lowpass_time_constant": 0.05, "s1.bias_time_constant": 1.0},
+    "everything": {
+        "predictor.enabled": True,
+        "s1.spike_threshold": 0.1,
+        "s1.lowpass_time_constant": 0.05,
+        "s1.trend_time_constant": 0.2,
+        "s1.bias_time_constant": 1.0,
+        "s1.bias_moving_share": 0.1,
+        "s1.drift_time_constant": 5.0,
+        "s2.lag_time_constant": 0.1,
+        "s2.delay": 0.05,
+    },
+}
+
+
+def series_of(recording: signals.Recording) -> Series:
+    """Return a recording as arrays."""
+    return Series(
+        s1_ns=np.array([stamp for stamp, _ in recording.s1], np.int64),
+        s1=np.array([value for _, value in recording.s1]),
+        s2_ns=np.array([stamp for stamp, _ in recording.s2], np.int64),
+        s2=np.array([value for _, value in recording.s2]),
+        s2_known=np.array(recording.s2_known, np.int64),
+    )
+
+
+def interpreted(method: Method, recorded: Series) -> Trace:
+    """Run as ``run`` does, one interpreted step after the other."""
+    trace = empty_trace(recorded.s1.size)
+    series._run(method.parameters, method.state, recorded, trace)
+    return trace
+
+
+def bits(trace: Trace) -> dict[str, bytes]:
+    """Return a trace in a form in which NaN equals NaN and 0 differs from -0."""
+    return {name: array.tobytes() for name, array in trace._asdict().items()}
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_compiled_is_interpreted_bit_for_bit(variant: str) -> None:
+    method = fusion(replace(Parameters(), VARIANTS[variant]))
+    recorded = series_of(signals.irregular(400, seed=5, gap_ns=2 * SECOND))
+    assert bits(run(method, recorded)) == bits(interpreted(method, recorded))
+
+
+@settings(max_examples=50)
+@given(
+    st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=60, max_size=60),
+    st.lists(st.integers(1, 300_000_000), min_size=30, max_size=30),
+    st.sampled_from(sorted(VARIANTS)),
+)
+def test_compiled_is_interpreted_bit_for_bit_for_all_that_is_finite(
+    values: list[float], steps: list[int], variant: str
+) -> None:
+    method = fusion(replace(Parameters(), {**VARIANTS[variant], "s2.timeout": 0.5}))
+    stamps = SECOND + np.cumsum(np.array(steps, np.int64))
+    recorded = Series(
+        s1_ns=stamps,
+        s1=np.array(values[:30]),
+        s2_ns=stamps,
+        s2=np.array(values[30:]),
+        s2_known=np.arange(1, 31),
+    )
+    trace = run(method, recorded)
+    assert np.isfinite(trace.value).all()
+    with np.errstate(all="ignore"):
+        assert bits(trace) == bits(interpreted(method, recorded))
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_a_series_is_stepping_bit_for_bit(variant: str) -> None:
+    """Invariant 3, against the steps that a node takes."""
+    parameters = replace(Parameters(), VARIANTS[variant])
+    recording = signals.irregular(300, seed=6)
+    trace = run(fusion(parameters), series_of(recording))
+    live = Fusion(parameters)
+    taken = 0
+    for k, (sample, known) in enumerate(zip(recording.s1, recording.s2_known, strict=True)):
+        for s2 in recording.s2[taken:known]:
+            assert live.take_s2(Sample(*s2), s2[0]) is None
+        taken = known
+        fused = live.take_s1(Sample(*sample), sample[0])
+        assert fused is not None
+        assert fused.stamp_ns == sample[0]
+        said = fused.estimate
+        row = (
+            said.mode,
+            said.value,
+            said.aggregate.value,
+            said.aggregate.weight,
+            said.aggregate.drift,
+            said.aggregate.strengths,
+            said.prediction.exists,
+            said.prediction.value,
+            said.accepted,
+        )
+        assert row == tuple(tuple(array[k]) if array.ndim > 1 else array[k] for array in trace), (
+            f"sample {k}"
+        )
+
+
+def test_two_runs_are_the_same_and_leave_the_method_as_it_was() -> None:
+    method = fusion(replace(Parameters(), VARIANTS["everything"]))
+    recorded = series_of(signals.irregular(200))
+    assert bits(run(method, recorded)) == bits(run(method, recorded))
+
+
+def test_a_series_that_starts_without_s2_is_empty_until_s2_comes() -> None:
+    stamps = SECOND + np.arange(5) * 1_000_000
+    recorded = Series(
+        stamps, np.full(5, 0.5), stamps[3:4], np.array([0.5]), np.array([0, 0, 0, 1, 1])
+    )
+    trace = interpreted(fusion(Parameters()), recorded)
+    assert trace.mode.tolist() == [WAITING] * 3 + [FUSED] * 2
+    assert trace.value.tolist() == [0.0] * 3 + [0.5] * 2
+
+
+def test_a_series_names_the_loss_of_s2() -> None:
+    stamps = np.array([1, 2, 8, 9], np.int64) * SECOND
+    s2_ns = np.array([1, 9], np.int64) * SECOND
+    recorded = Series(stamps, np.full(4, 0.5), s2_ns, np.full(2, 0.5), np.array([1, 1, 1, 2]))
+    trace = interpreted(fusion(replace(Parameters(), {"s2.timeout": 5.0})), recorded)
+    assert trace.mode.tolist() == [FUSED, FUSED, S1_ONLY, FUSED]
+    assert S2_ONLY not in trace.mode
+
+
+def test_an_empty_series_gives_an_empty_trace() -> None:
+    nothing = np.zeros(0)
+    none = np.zeros(0, np.int64)
+    trace = interpreted(fusion(Parameters()), Series(none, nothing, none, nothing, none))
+    assert [array.shape for array in trace] == [(0,)] * 5 + [(0, 4)] + [(0,)] * 3
+
+
+def test_strengths_of_a_trace_sum_to_one_where_sensors_are_fused() -> None:
+    trace = run(fusion(Parameters()), series_of(signals.irregular(300)))
+    assert set(trace.mode.tolist()) == {FUSED}
+    for strengths in trace.strengths.tolist():
+        assert math.fsum(strengths) == pytest.approx(1.0, rel=1e-15)
