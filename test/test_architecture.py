@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import graphlib
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -142,6 +143,16 @@ def test_rooms_import_only_along_the_arrows() -> None:
         if here != there and there not in MAY_IMPORT.get(here, set()):
             wrong.append(f"{place(path)} imports {name}")
     assert wrong == []
+
+
+def test_modules_do_not_import_in_a_circle() -> None:
+    names = {module_name(path) for path in SOURCES}
+    needs: dict[str, set[str]] = {name: set() for name in names}
+    for path, name in all_imports():
+        whole = name if name in names else name.rpartition(".")[0]
+        needs[module_name(path)] |= {whole} & names - {module_name(path)}
+    sorter = graphlib.TopologicalSorter(needs)
+    sorter.prepare()
 
 
 def test_nodes_record_bags_but_read_none() -> None:

@@ -1,6 +1,6 @@
-"""Tests of nodes without launch files: a ROS graph of its own, in this process, under control.
+"""Test nodes without launch files, in an isolated ROS graph.
 
-To test a parameter file of yours, copy this:
+To test a parameter file of yours, start from this:
 
 >>> from fuzzy_fusion_ros.testing import Harness
 >>> with Harness() as harness:
@@ -11,8 +11,9 @@ To test a parameter file of yours, copy this:
 >>> abs(estimate - 0.5) < 0.02
 True
 
-The graph has a domain of its own on this machine, so that tests can run side by side; nothing
-leaves it. Nothing sleeps: :meth:`Harness.spin_until` runs the nodes until something is so.
+The graph has its own DDS domain on this machine, so that tests can run in parallel, and no traffic
+leaves the machine. Tests never sleep: :meth:`Harness.spin_until` spins the nodes until a predicate
+is true.
 """
 
 from fuzzy_fusion_ros.testing.domain import claimed_domain

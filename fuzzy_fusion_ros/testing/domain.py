@@ -1,4 +1,4 @@
-"""A DDS domain that no other test on this machine uses."""
+"""Claims a DDS domain that no other test on this machine is using."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from collections.abc import Iterator
 from pathlib import Path
 
 DOMAINS = range(1, 102)
-"""Those whose ports lie below the ones that Linux hands out; 0 is everybody's."""
+"""Domains whose ports lie below Linux's ephemeral range; 0 is the default one, so not ours."""
 
 
 @contextlib.contextmanager
 def claimed_domain() -> Iterator[int]:
-    """Claim a domain for as long as the context lasts, against other processes and threads.
+    """Context manager: reserve a domain against other processes and threads.
 
-    The claim is a lock on a file, so it ends with the process whatever happens.
+    The claim is a file lock, so it ends with the process however that ends.
 
     Raises:
-        RuntimeError: All are claimed.
+        RuntimeError: Every domain is claimed.
     """
     folder = Path(tempfile.gettempdir(), "fuzzy_fusion_ros-domains")
     folder.mkdir(exist_ok=True)
@@ -39,4 +39,4 @@ def claimed_domain() -> Iterator[int]:
         finally:
             os.close(lock)
         return
-    raise RuntimeError(f"all domains from {DOMAINS[0]} to {DOMAINS[-1]} are claimed, see {folder}")
+    raise RuntimeError(f"DDS domains {DOMAINS[0]} to {DOMAINS[-1]} are all claimed: see {folder}")

@@ -1,4 +1,4 @@
-"""An executable of this package, run as a child process."""
+"""Runs an executable of this package as a child process."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SOURCES = str(Path(__file__).parents[2])
 
 
 class Process:
-    """A child process; a context manager that leaves none behind.
+    """A child process; a context manager that kills it on exit.
 
     Attributes:
         pid: Its id.
@@ -27,7 +27,7 @@ class Process:
         Args:
             name: The executable, such as ``fusion_node``.
             arguments: Its arguments.
-            environment: Laid over the environment of this process.
+            environment: Variables added to those of this process.
         """
         self._folder = tempfile.TemporaryDirectory()
         said = Path(self._folder.name)
@@ -48,22 +48,22 @@ class Process:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Kill the process if it still runs."""
+        """Kill the process if it is still running."""
         self.close()
 
     @property
     def status(self) -> int | None:
-        """Its exit status, negative after a signal; ``None`` while it runs."""
+        """Its exit status, negative if a signal ended it; ``None`` while it is running."""
         return self._child.poll()
 
     @property
     def stdout(self) -> str:
-        """What it has written to stdout so far."""
+        """Its output so far."""
         return self._stdout.read_text()
 
     @property
     def stderr(self) -> str:
-        """What it has written to stderr so far."""
+        """Its error output so far."""
         return self._stderr.read_text()
 
     def send(self, number: signal.Signals) -> None:
@@ -71,10 +71,10 @@ class Process:
         self._child.send_signal(number)
 
     def wait(self, timeout: float = 60.0) -> int:
-        """Wait for its end and return its exit status.
+        """Wait for it to end and return its exit status.
 
         Raises:
-            TimeoutError: It still runs after ``timeout`` seconds.
+            TimeoutError: It is still running after ``timeout`` seconds.
         """
         try:
             return self._child.wait(timeout)
@@ -82,7 +82,7 @@ class Process:
             raise TimeoutError(f"still running after {timeout} s; it said: {self.stderr}") from None
 
     def close(self) -> None:
-        """Kill the process if it still runs, and forget what it said."""
+        """Kill the process if it is still running, and delete its output."""
         if self.status is None:
             self._child.kill()
             self._child.wait()

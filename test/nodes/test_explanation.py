@@ -7,7 +7,7 @@ import pytest
 from fuzzy_fusion_ros.messages import load_message_class
 from fuzzy_fusion_ros.messages.outputs import EXPLANATION, POINT, explain
 from fuzzy_fusion_ros.testing import Feed, Harness
-from fuzzy_fusion_ros.testing.harness import EVERY_MESSAGE
+from fuzzy_fusion_ros.testing.graph import EVERY_MESSAGE
 
 SCALARS = ("weight", "drift", "aggregate", "prediction", "innovation")
 

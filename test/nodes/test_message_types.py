@@ -17,7 +17,7 @@ from fuzzy_fusion_ros.nodes.fusion_node import FusionNode
 from fuzzy_fusion_ros.parameters.errors import FusionError
 from fuzzy_fusion_ros.ros.qos import ESTIMATE
 from fuzzy_fusion_ros.testing import Harness
-from fuzzy_fusion_ros.testing.harness import EVERY_MESSAGE
+from fuzzy_fusion_ros.testing.graph import EVERY_MESSAGE
 
 
 def stamped(type_name: str, at: float, **fields: Any) -> Any:

@@ -17,7 +17,7 @@ from fuzzy_fusion_ros.bag import BagMessage, BagWriter, Definition, QosProfile, 
 from fuzzy_fusion_ros.cli.replay import main
 from fuzzy_fusion_ros.messages import load_message_class
 from fuzzy_fusion_ros.testing import Harness
-from fuzzy_fusion_ros.testing.harness import EVERY_MESSAGE
+from fuzzy_fusion_ros.testing.graph import EVERY_MESSAGE
 
 SECONDS = 1.0
 
