@@ -166,7 +166,7 @@ def test_the_tables_are_printed(
     printed = capsys.readouterr()
     assert "9     holds  2      1.5 … 2.5      claim True" in printed.out
     assert printed.out.count("FAILS") == 2
-    assert "x ≤ 1; nominal" in printed.out
+    assert "(x ≤ 1; nominal)" in printed.out
     assert printed.err == "reproduce: out/reproduce: figures and their numbers\n"
 
 

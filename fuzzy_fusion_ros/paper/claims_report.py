@@ -1,4 +1,4 @@
-"""Claims and targets for readers, and for programs."""
+"""Claims and targets as a table and as JSON."""
 
 from __future__ import annotations
 
@@ -8,19 +8,18 @@ from typing import Any
 
 from fuzzy_fusion_ros.paper.checks import CheckedClaim
 from fuzzy_fusion_ros.paper.sweep import Outcome
+from fuzzy_fusion_ros.text.table import text_table
 
 WORDS = {True: "holds", False: "FAILS", None: "–"}
 
 
 def findings_table(checked: Sequence[CheckedClaim], of: str, holds: str) -> str:
-    """Return checked as lines of text, two each: the claim, and what its value is.
-
-    Without checked there is no text at all.
+    """Return a table of claims: each with its verdict, then how its value is defined.
 
     Args:
-        checked: What to show.
+        checked: The claims; without any, the table is empty.
         of: What they are, for the header.
-        holds: The word for one that does.
+        holds: The word for a claim that holds.
     """
     if not checked:
         return ""
@@ -32,18 +31,15 @@ def findings_table(checked: Sequence[CheckedClaim], of: str, holds: str) -> str:
         rows.append(
             (str(each.figure), words[each.holds], f"{each.value:.3g}", interval, each.claim)
         )
-        rows.append(("", "", "", "", "; ".join(t for t in (each.measure, each.where) if t)))
-    widths = [max(len(row[i]) for row in rows) for i in range(4)]
-    return "\n".join(
-        "  ".join([*(cell.ljust(w) for cell, w in zip(row, widths, strict=False)), row[-1]])
-        for row in rows
-    )
+        measured = "; ".join(text for text in (each.measure, each.where) if text)
+        rows.append(("", "", "", "", f"({measured})"))
+    return text_table(rows, align="lllll")
 
 
 def as_document(
     outcomes: Iterable[Outcome], claims: Iterable[CheckedClaim], targets: Iterable[CheckedClaim]
 ) -> dict[str, Any]:
-    """Return everything as a document for JSON; what is no number there is ``None``."""
+    """Return everything as a document for JSON; NaN and infinities are ``None``."""
     return {
         "runs": [_run(outcome) for outcome in outcomes],
         "claims": [_finding(claim) for claim in claims],

@@ -2,67 +2,79 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import textwrap
+from collections.abc import Sequence
 
 from fuzzy_fusion_ros.scoring.metrics import METRICS
 from fuzzy_fusion_ros.scoring.score import Score
+from fuzzy_fusion_ros.text.table import WIDTH, mark_best, text_table
 
 DIGITS = 4
+LONGEST_NAME = 24
+"""Characters of a recording's name, counted from its end, at the head of a column."""
 
 
-def report(scores: Sequence[Score]) -> str:
-    """Return a table per recording, and one over all of them side by side if there are several."""
-    parts = [f"{summary(each)}\n{table(each)}" for each in scores]
+def report(scores: Sequence[Score], metrics: Sequence[str] = tuple(METRICS)) -> str:
+    """Return a table per recording and, of several, one with all of them side by side.
+
+    Args:
+        scores: The recordings.
+        metrics: Names of the metrics to show.
+    """
+    parts = [f"{summary(each)}\n{table(each, metrics)}" for each in scores]
     if len(scores) > 1:
-        parts.append(f"rmse, side by side\n{side_by_side(scores)}")
+        parts.append(f"RMSE, side by side\n{side_by_side(scores)}")
     return "\n\n".join(parts)
 
 
 def summary(score: Score) -> str:
-    """Return what was scored in a line."""
+    """Return a sentence on what was scored, wrapped to the width of a table."""
     begin, end = score.span_s
-    ran = "the bag has no estimate, so the fusion ran here"
-    origin = ran if score.recomputed else "the estimate is the bag's own"
-    return (
-        f"{score.name}: matched {score.matched} of {score.of} estimates, "
-        f"{begin:.2f} s to {end:.2f} s; {origin}; baselines: {score.baselines}"
+    origin = "computed here, as the bag has none" if score.recomputed else "from the bag"
+    return textwrap.fill(
+        f"{score.name}: {score.matched} of {score.of} estimates matched to the truth, "
+        f"{begin:.2f} s to {end:.2f} s; estimate: {origin}; baselines: {score.baselines}",
+        WIDTH,
+        break_long_words=False,
+        break_on_hyphens=False,
     )
 
 
-def table(score: Score) -> str:
-    """Return all metrics of all estimators, one estimator a row."""
-    head = ["", *METRICS]
-    units = ["", *(_unit(name, score.unit) for name in METRICS)]
-    rows = [
-        [name, *(_number(value) for value in score.scores(name).values())] for name in score.values
-    ]
-    return "\n".join(_aligned([head, units, *rows]))
+def table(score: Score, metrics: Sequence[str] = tuple(METRICS)) -> str:
+    """Return metrics of all estimators, one estimator a row, the best of each column marked.
+
+    Args:
+        score: The recording.
+        metrics: Names of the metrics to show.
+    """
+    scores = {name: score.scores(name) for name in score.values}
+    columns = [["", "", *scores]]
+    for metric in metrics:
+        values = [each[metric] for each in scores.values()]
+        columns.append(_column(metric, _unit(metric, score.unit), values))
+    return text_table(_rows(columns), headers=2)
 
 
 def side_by_side(scores: Sequence[Score]) -> str:
-    """Return the RMSE of all estimators, one recording a column."""
-    head = ["", *(each.name for each in scores)]
-    units = ["", *(_unit("rmse", each.unit) for each in scores)]
-    rows = [
-        [name, *(_number(each.scores(name)["rmse"]) for each in scores)]
-        for name in scores[0].values
-    ]
-    return "\n".join(_aligned([head, units, *rows]))
+    """Return the RMSE of all estimators, one recording a column, the best of each marked."""
+    columns = [["", "", *scores[0].values]]
+    for score in scores:
+        name = score.name if len(score.name) <= LONGEST_NAME else f"…{score.name[-LONGEST_NAME:]}"
+        values = [score.scores(each)["rmse"] for each in scores[0].values]
+        columns.append(_column(name, _unit("rmse", score.unit), values))
+    return text_table(_rows(columns), headers=2)
+
+
+def _column(head: str, unit: str, values: Sequence[float]) -> list[str]:
+    cells = [f"{value:.{DIGITS}g}" for value in values]
+    return [f"{head} ", f"{unit} ", *mark_best(cells, values)]
+
+
+def _rows(columns: Sequence[Sequence[str]]) -> list[tuple[str, ...]]:
+    return list(zip(*columns, strict=True))
 
 
 def _unit(metric: str, signal: str) -> str:
-    """Return the unit of a metric, nothing if it depends on one that is not known."""
+    """Return the unit of a metric, ``""`` if it depends on an unknown unit of the signal."""
     found = METRICS[metric]
     return found.unit_for(signal) if signal or "u" not in found.unit else ""
-
-
-def _number(value: float) -> str:
-    return f"{value:.{DIGITS}g}"
-
-
-def _aligned(rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
-    for first, *others in rows:
-        cells = [first.ljust(widths[0])]
-        cells += [cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True)]
-        yield "  ".join(cells).rstrip()

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fuzzy_fusion_ros.parameters.group import flatten
+from fuzzy_fusion_ros.text.table import text_table
 from fuzzy_fusion_ros.tuning.candidates import LOST_AFTER
 from fuzzy_fusion_ros.tuning.characterise import Characteristics
 from fuzzy_fusion_ros.tuning.lag import TRUSTED
@@ -61,11 +62,7 @@ def candidate_lines(tuned: Tuned, unit: str) -> list[str]:
         for name, error in tuned.baseline_errors.items()
         if name not in {"s1", "s2"}
     ]
-    widths = [max(len(row[k]) for row in rows) for k in range(3)]
-    return [head] + [
-        f"  {a:<{widths[0]}}  {b:>{widths[1]}}  {c:>{widths[2]}}  {d}".rstrip()
-        for a, b, c, d in rows
-    ]
+    return [head, *text_table(rows, align="lrrl").splitlines()]
 
 
 def outcome(tuned: Tuned, unit: str) -> str:

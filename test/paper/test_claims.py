@@ -13,6 +13,7 @@ from fuzzy_fusion_ros.paper.claims_report import as_document, findings_table
 from fuzzy_fusion_ros.paper.results import Results
 from fuzzy_fusion_ros.paper.sweep import NOMINAL, Outcome, points_of
 from fuzzy_fusion_ros.paper.targets import targets
+from fuzzy_fusion_ros.text.table import WIDTH
 
 FIGURES = range(6, 24)
 
@@ -187,12 +188,14 @@ def test_places_are_named_by_what_is_not_nominal() -> None:
 def test_the_table_says_what_fails_and_by_how_much() -> None:
     found = claimed(where({"method": "s2", "tau2": 0.05}, iae=0.11))
     lines = findings_table(found, "claim", "holds").splitlines()
-    assert len(lines) == 1 + 2 * len(found)
+    assert max(map(len, lines)) <= WIDTH
+    assert sum(line[0] != " " for line in lines) == 1 + len(found)
     assert lines[0].split() == ["fig.", "value", "95", "%", "interval", "claim"]
     failed = [i for i, line in enumerate(lines) if "FAILS" in line]
     assert len(failed) == 1
     assert lines[failed[0]].startswith("18 ")
-    assert lines[failed[0] + 1].strip() == "IAE of complete ÷ rival < 1; s2, τ₂ = 0.05 s"
+    where_it_fails = " ".join(" ".join(lines[failed[0] + 2 : failed[0] + 4]).split())
+    assert where_it_fails == "(IAE of complete ÷ rival < 1; s2, τ₂ = 0.05 s)"
     assert findings_table([], "claim", "holds") == ""
 
 

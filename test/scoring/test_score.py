@@ -19,6 +19,7 @@ from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.scoring.metrics import METRICS, ScoreError
 from fuzzy_fusion_ros.scoring.report import report, summary, table
 from fuzzy_fusion_ros.scoring.score import DERIVED, FITTED, GIVEN, Fit, Score, score_bag
+from fuzzy_fusion_ros.text.table import WIDTH
 
 
 def scored(
@@ -222,36 +223,50 @@ def test_pairs_that_never_come_match_nothing(tmp_path: Path) -> None:
 
 def test_the_table_has_every_metric_and_estimator(bag: Path) -> None:
     score = scored(bag)._replace(unit="rad")
-    head, units, *rows = table(score).splitlines()
-    assert head.split() == list(METRICS)
-    assert units.split("  ")[-1].strip() == "s"
-    assert " rad^2 " in units
-    assert [row.split()[0] for row in rows] == ["estimate", *BASELINES]
-    assert len({len(row) for row in (head, *rows)}) <= 2
+    lines = table(score).splitlines()
+    assert max(map(len, lines)) <= WIDTH
+    blocks = "\n".join(lines).split("\n\n")
+    assert [name for block in blocks for name in block.splitlines()[0].split()] == list(METRICS)
+    assert any(" rad^2 " in block.splitlines()[1] for block in blocks)
+    for block in blocks:
+        assert [row.split()[0] for row in block.splitlines()[2:]] == ["estimate", *BASELINES]
+
+
+def test_the_best_of_each_column_is_marked(bag: Path) -> None:
+    score = scored(bag)
+    rows = [line.split() for line in table(score, ("rmse", "bias")).splitlines()]
+    assert rows[:2] == [["rmse", "bias"], []]
+    for k, metric in enumerate(("rmse", "bias"), 1):
+        values = {name: abs(score.scores(name)[metric]) for name in score.values}
+        best = {name for name, value in values.items() if value == min(values.values())}
+        assert {row[0] for row in rows[2:] if row[k].endswith("*")} == best
 
 
 def test_an_unknown_unit_is_left_open(bag: Path) -> None:
-    assert table(scored(bag)).splitlines()[1].split() == ["s"]
+    assert table(scored(bag), ("rmse", "sse", "lag")).splitlines()[1].split() == ["s"]
 
 
 def test_the_summary_says_what_matched(bag: Path) -> None:
     score = scored(bag)._replace(name="bag")
-    assert summary(score) == (
-        "bag: matched 500 of 500 estimates, 0.00 s to 4.99 s; the estimate is the bag's own; "
-        "baselines: as the recording suggests them, not fitted"
-    )
+    assert summary(score).splitlines() == [
+        "bag: 500 of 500 estimates matched to the truth, 0.00 s to 4.99 s; estimate: from",
+        "the bag; baselines: as the recording suggests them, not fitted",
+    ]
     assert summary(score._replace(baselines=FITTED)).endswith("which flatters them")
-    assert "the fusion ran here" in summary(score._replace(recomputed=True))
+    assert "computed here" in summary(score._replace(recomputed=True))
 
 
 def test_several_are_shown_side_by_side(bag: Path) -> None:
     score = scored(bag)._replace(name="one", unit="rad")
-    text = report([score, score._replace(name="two", unit="m")])
-    assert text.count("matched 500 of 500") == 2
+    text = report([score, score._replace(name="/a/long/path/to/another/bag", unit="m")])
+    assert text.count("500 of 500 estimates") == 2
     last = text.split("\n\n")[-1].splitlines()
-    assert last[0] == "rmse, side by side"
-    assert [last[1].split(), last[2].split()] == [["one", "two"], ["rad", "m"]]
-    assert last[3].split() == ["estimate", "0.01", "0.01"]
+    assert last[0] == "RMSE, side by side"
+    assert [last[1].split(), last[2].split()] == [
+        ["one", "…long/path/to/another/bag"],
+        ["rad", "m"],
+    ]
+    assert last[3].split() == ["estimate", "0.01*", "0.01*"]
     assert report([score]).count("side by side") == 0
 
 
