@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from fuzzy_fusion_ros.baselines import methods
-from fuzzy_fusion_ros.batch.series import Reals, Series, fusion, run
+from fuzzy_fusion_ros.batch.arrays import Reals, root_mean_square
+from fuzzy_fusion_ros.batch.series import Series, fusion, held_s2, run
 from fuzzy_fusion_ros.core.numerics import lag_gain
 from fuzzy_fusion_ros.tuning import characterise, reference_without_truth, tune
-from fuzzy_fusion_ros.tuning.times import held_s2
 
 PAGE = Path(__file__).resolve().parent / "known_limitations.md"
 BEGIN, END = "<!-- made by make_limitations.py: -->\n", "<!-- end -->\n"
@@ -103,7 +103,7 @@ def _row(series: Series, truth: Reals) -> Iterator[str]:
     )
 
     def rmse(values: Reals) -> float:
-        return float(np.sqrt(np.mean(np.square((values - truth)[half:]))))
+        return root_mean_square((values - truth)[half:])
 
     tuned = tune(first, truth[:half])
     errors = {

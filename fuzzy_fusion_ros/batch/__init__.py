@@ -1,1 +1,4 @@
-"""The same method over whole recordings: arrays in, arrays out, compiled where numba is there."""
+"""Whole recordings as arrays: the method run over them, and what they say about the sensors.
+
+Loops are compiled where numba is installed.
+"""

@@ -8,13 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fuzzy_fusion_ros.batch.arrays import Flags, Reals, Stamps, seconds_since
 from fuzzy_fusion_ros.batch.compiled import compiled
 from fuzzy_fusion_ros.core.estimator import WAITING, Estimate, initial_state, observe_s2, update
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import numbers
-
-Reals = NDArray[np.float64]
-Stamps = NDArray[np.int64]
 
 State = Any
 """State of a method; each method has its own type."""
@@ -36,6 +34,17 @@ class Series(NamedTuple):
     s2_ns: Stamps
     s2: Reals
     s2_known: Stamps
+
+
+def seconds(series: Series) -> tuple[Reals, Reals]:
+    """Return the times of S1 and of S2, in seconds from the first sample of S1."""
+    origin_ns = int(series.s1_ns[0])
+    return seconds_since(origin_ns, series.s1_ns), seconds_since(origin_ns, series.s2_ns)
+
+
+def held_s2(series: Series) -> Reals:
+    """Return the newest S2 that was known at each S1, NaN before the first, shape (n,)."""
+    return np.append(np.nan, series.s2)[series.s2_known]
 
 
 class Method(NamedTuple):
@@ -75,9 +84,9 @@ class Trace(NamedTuple):
     weight: Reals
     drift: Reals
     strengths: Reals
-    predicted: NDArray[np.bool_]
+    predicted: Flags
     prediction: Reals
-    accepted: NDArray[np.bool_]
+    accepted: Flags
 
 
 def fusion(parameters: Parameters) -> Method:

@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fuzzy_fusion_ros.baselines import BaselineParameters
-from fuzzy_fusion_ros.batch.series import Reals, Series
+from fuzzy_fusion_ros.batch.arrays import Reals
+from fuzzy_fusion_ros.batch.series import Series
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import counted, progress
 from fuzzy_fusion_ros.cli.status import DONE, FAILED, UsageError, command, say

@@ -30,8 +30,8 @@ from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.scoring.join import interpolated
 from fuzzy_fusion_ros.tuning import Tuned, tune
+from fuzzy_fusion_ros.tuning.reference import in_gaps
 from fuzzy_fusion_ros.tuning.report import as_json, candidate_lines, comments, described, outcome
-from fuzzy_fusion_ros.tuning.times import in_gaps
 
 OUTPUT = "tuned.yaml"
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from fuzzy_fusion_ros.bag.reader import BagReader
 from fuzzy_fusion_ros.bag.topic import BagMessage
-from fuzzy_fusion_ros.batch.series import Reals, Series, Stamps
+from fuzzy_fusion_ros.batch.arrays import Reals, Stamps
+from fuzzy_fusion_ros.batch.series import Series
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages import ScalarCodec
 from fuzzy_fusion_ros.offline.topics import Topics, codec_of, codecs_of, explanation_prefix, unit_of

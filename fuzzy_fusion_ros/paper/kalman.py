@@ -11,9 +11,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fuzzy_fusion_ros.baselines.answers import estimated
+from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.batch.series import Method
 from fuzzy_fusion_ros.core.estimator import Estimate
 from fuzzy_fusion_ros.parameters.group import numbers
@@ -21,8 +21,6 @@ from fuzzy_fusion_ros.simulation.controller import Controller, at_rest, force, o
 from fuzzy_fusion_ros.simulation.pendulum import Pendulum, integrate
 from fuzzy_fusion_ros.simulation.scenario import Scenario
 from fuzzy_fusion_ros.simulation.sensors import follow
-
-Reals = NDArray[np.float64]
 
 ANGLE, RATE, LAGGED, BIAS = range(4)
 """Order of the filter's state: rad, rad/s, rad, rad."""

@@ -6,12 +6,10 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.paper.sweep import NOMINAL, Outcome, Point
-
-Reals = NDArray[np.float64]
 
 CONFIDENCE = 0.95
 

@@ -8,14 +8,19 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fuzzy_fusion_ros.batch.arrays import (
+    Flags,
+    Reals,
+    integral_absolute_error,
+    integral_time_absolute_error,
+    root_mean_square,
+    seconds_since,
+)
 from fuzzy_fusion_ros.paper.methods import Contender
 from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.simulation.closed_loop import Run, simulate
 from fuzzy_fusion_ros.simulation.scenario import Scenario
-
-Reals = NDArray[np.float64]
 
 SWEEPS: Mapping[str, tuple[float, ...]] = MappingProxyType(
     {
@@ -151,30 +156,29 @@ def _outcome(contender: Contender, point: Point, seed: int) -> Outcome:
 
 
 def outcome_of(method: str, point: Point, seed: int, run: Run) -> Outcome:
-    """Return what a run came to; eqs. (14) and (15) are sums over its samples."""
+    """Return what a run came to."""
     scenario = scenario_at(point)
-    dt = scenario.sample_time
     push = scenario.disturbance
     t = elapsed(run)
     angle = np.abs(run.truth)
     alive = slice(run.survived)
     truth = run.truth[alive]
     calm = _between(t, SETTLED, push.start)
-    end = truth[-round(LAST / dt) :]
+    end = truth[-round(LAST / scenario.sample_time) :]
     return Outcome(
         method=method,
         point=point,
         seed=seed,
-        iae=float(np.sum(angle) * dt),
-        itae=float(np.sum(t * angle) * dt),
-        rmse=_root_mean_square(run.trace.value[alive] - truth),
+        iae=integral_absolute_error(t, run.truth),
+        itae=integral_time_absolute_error(t, run.truth),
+        rmse=root_mean_square(run.trace.value[alive] - truth),
         fell=run.survived < run.truth.size,
         swing=float(min(np.max(end), -np.min(end))),
         unrest=float(np.max(angle[calm])),
-        signal=_root_mean_square(truth),
-        s1_rmse=_root_mean_square(run.s1[alive] - truth),
+        signal=root_mean_square(truth),
+        s1_rmse=root_mean_square(run.s1[alive] - truth),
         s1_offset=float(np.mean(run.s1[alive] - truth)),
-        s2_rmse=_root_mean_square(run.s2[alive] - truth),
+        s2_rmse=root_mean_square(run.s2[alive] - truth),
         rejected_pushed=_rejected(run, _between(t, push.start, push.end + AFTERMATH)),
         rejected_calm=_rejected(run, calm),
     )
@@ -182,21 +186,16 @@ def outcome_of(method: str, point: Point, seed: int, run: Run) -> Outcome:
 
 def elapsed(run: Run) -> Reals:
     """Return the time of each sample, seconds from the first."""
-    seconds: Reals = (run.stamps_ns - run.stamps_ns[0]) * 1e-9
-    return seconds
+    return seconds_since(run.stamps_ns[0], run.stamps_ns)
 
 
-def _between(t: Reals, start: float, end: float) -> NDArray[np.bool_]:
+def _between(t: Reals, start: float, end: float) -> Flags:
     """Mark the samples of a half-open span; one on its edge belongs to it, despite rounding."""
     tiny = 1e-9
     return (t >= start - tiny) & (t < end - tiny)
 
 
-def _root_mean_square(x: Reals) -> float:
-    return float(np.sqrt(np.mean(x * x)))
-
-
-def _rejected(run: Run, span: NDArray[np.bool_]) -> float:
+def _rejected(run: Run, span: Flags) -> float:
     predicted = run.trace.predicted & span
     if not predicted.any():
         return float("nan")

@@ -16,8 +16,6 @@ from fuzzy_fusion_ros.paper.sweep import elapsed, sweep_points
 from fuzzy_fusion_ros.parameters.errors import FusionError
 from fuzzy_fusion_ros.simulation.closed_loop import Run
 
-Reals = NDArray[np.float64]
-
 Table = Mapping[str, NDArray[Any]]
 """Columns of one length by their names, which end in the unit."""
 

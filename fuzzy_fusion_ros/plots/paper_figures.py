@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from fuzzy_fusion_ros.batch.arrays import integral_absolute_error, root_mean_square
 from fuzzy_fusion_ros.paper.tables import RESPONSES, SWEPT, Table
 from fuzzy_fusion_ros.plots.canvas import Canvas, canvas, outlined, put_legend, put_title
 from fuzzy_fusion_ros.plots.style import COLOURS
@@ -57,10 +59,11 @@ def draw(number: int, table: Table) -> Figure:
 def _response(number: int, table: Table) -> Figure:
     method = RESPONSES[number]
     lines = {"angle_rad": Line("response", COLOURS[method])}
-    text = f"IAE {_iae(table, 'angle_rad'):.3g} rad s"
+    iae = partial(integral_absolute_error, table["time_s"])
+    text = f"IAE {iae(table['angle_rad']):.3g} rad s"
     if method != "ideal":
         lines["ideal_rad"] = Line("with an ideal sensor", COLOURS["ideal"], 0.9, "--")
-        text += f", ideal sensor {_iae(table, 'ideal_rad'):.2g} rad s"
+        text += f", ideal sensor {iae(table['ideal_rad']):.2g} rad s"
     title = f"Fig. {number}: the pendulum, balanced on {SENSORS[method]}"
     reach = USUAL_REACH if np.max(np.abs(table["angle_rad"])) <= USUAL_REACH else None
     return _over_time(title, text, "angle, rad", table, lines, reach).figure
@@ -101,7 +104,7 @@ def _estimate(table: Table) -> Figure:
         "angle_rad": Line("signal", COLOURS["truth"], 1.3),
     }
     error = table["estimate_rad"] - table["angle_rad"]
-    text = f"RMS error {np.sqrt(np.mean(error * error)):.2g} rad"
+    text = f"RMS error {root_mean_square(error):.2g} rad"
     title = "Fig. 15: the signal and the aggregator's estimate"
     return _over_time(title, text, "angle, rad", table, lines).figure
 
@@ -172,7 +175,3 @@ def _over_time(
     put_legend(on, 5)
     put_title(on, title, text)
     return on
-
-
-def _iae(table: Table, column: str) -> float:
-    return float(np.sum(np.abs(table[column])) * Scenario().sample_time)

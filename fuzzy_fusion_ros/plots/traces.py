@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from fuzzy_fusion_ros.batch.series import Reals
+from fuzzy_fusion_ros.batch.arrays import Reals, root_mean_square
 from fuzzy_fusion_ros.plots.style import COLOURS, NAMES, new_figure, save, styled, with_unit
 from fuzzy_fusion_ros.scoring.score import Score
 
@@ -72,8 +72,7 @@ def _draw_traces(axes: Axes, score: Score) -> None:
 def _draw_errors(axes: Axes, score: Score) -> None:
     errors = {name: score.values[name] - score.truth for name in SHOWN}
     for name, error in errors.items():
-        rmse = float(np.sqrt(np.mean(np.square(error))))
-        label = with_unit(f"{NAMES[name]}, RMSE {rmse:.3g}", score.unit, " ")
+        label = with_unit(f"{NAMES[name]}, RMSE {root_mean_square(error):.3g}", score.unit, " ")
         _draw(axes, score.time_s, error, name, label)
     axes.set_ylabel(with_unit("error", score.unit))
     _look_closer(axes, [errors["s2"], errors["estimate"]])

@@ -10,7 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from fuzzy_fusion_ros.batch.series import Reals, Series, fusion, run
+from fuzzy_fusion_ros.batch.arrays import Reals
+from fuzzy_fusion_ros.batch.series import Series, fusion, held_s2, run, seconds
 from fuzzy_fusion_ros.core.aggregator import aggregate
 from fuzzy_fusion_ros.core.estimator import WAITING
 from fuzzy_fusion_ros.core.membership import large
@@ -18,7 +19,6 @@ from fuzzy_fusion_ros.parameters.fusion import AggregatorParameters, BreakPoints
 from fuzzy_fusion_ros.plots.style import COLOURS, NAMES, WIDTH_PX, save, styled, with_unit
 from fuzzy_fusion_ros.tuning import Tuned
 from fuzzy_fusion_ros.tuning.kernel import outputs
-from fuzzy_fusion_ros.tuning.times import held_s2, seconds
 
 _DPI = 100
 _HEIGHT_PX = 1150

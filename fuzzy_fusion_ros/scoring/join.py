@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fuzzy_fusion_ros.batch.series import Method, Reals, Series, Stamps, run
+from fuzzy_fusion_ros.batch.arrays import Reals, Stamps
+from fuzzy_fusion_ros.batch.series import Method, Series, run
 from fuzzy_fusion_ros.core.estimator import WAITING, Estimate
 from fuzzy_fusion_ros.offline.recording import Track
 

@@ -13,7 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy_fusion_ros.batch.series import Reals
+from fuzzy_fusion_ros.batch.arrays import (
+    Reals,
+    integral_absolute_error,
+    integral_time_absolute_error,
+    root_mean_square,
+)
 from fuzzy_fusion_ros.parameters.errors import FusionError
 
 LAGS = 200
@@ -88,7 +93,7 @@ def _checked(function: Callable[[Matched], float]) -> Callable[[Matched], float]
 @_checked
 def rmse(matched: Matched) -> float:
     """Return the root of the mean squared error."""
-    return float(np.sqrt(np.mean(np.square(matched.error))))
+    return root_mean_square(matched.error)
 
 
 @_checked
@@ -136,14 +141,13 @@ def bias(matched: Matched) -> float:
 @_checked
 def iae(matched: Matched) -> float:
     """Return the time integral of the error's magnitude; each sample holds until the next."""
-    return float(np.sum(np.abs(matched.error) * _durations(matched.time_s)))
+    return integral_absolute_error(matched.time_s, matched.error)
 
 
 @_checked
 def itae(matched: Matched) -> float:
     """Return that integral, weighted by the time since the first sample."""
-    elapsed = matched.time_s - matched.time_s[0]
-    return float(np.sum(elapsed * np.abs(matched.error) * _durations(matched.time_s)))
+    return integral_time_absolute_error(matched.time_s, matched.error)
 
 
 @_checked
@@ -178,12 +182,6 @@ def _vertex(values: Reals, at: int) -> float:
     before, here, after = values[at - 1 : at + 2]
     curvature = before - 2.0 * here + after
     return float(0.5 * (before - after) / curvature) if curvature > 0.0 else 0.0
-
-
-def _durations(time_s: Reals) -> Reals:
-    """Return how long each sample holds; the last one as long as the one before it."""
-    steps = np.diff(time_s)
-    return np.append(steps, steps[-1:]) if steps.size else np.zeros(1)
 
 
 METRICS: Mapping[str, Metric] = MappingProxyType(

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fuzzy_fusion_ros.bag import open_bag
 from fuzzy_fusion_ros.baselines import BaselineParameters, baselines_for, methods
-from fuzzy_fusion_ros.batch.series import Reals, Series, Stamps, fusion
+from fuzzy_fusion_ros.batch.arrays import Flags, Reals, Stamps
+from fuzzy_fusion_ros.batch.series import Series, fusion
 from fuzzy_fusion_ros.core.estimator import WAITING
 from fuzzy_fusion_ros.offline.recording import (
     Progress,
@@ -25,7 +25,7 @@ from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.scoring.join import held, interpolated, steps, values_of
 from fuzzy_fusion_ros.scoring.metrics import METRICS, REPORTED, Matched, ScoreError
 
-Fit = Callable[[Series, Reals, NDArray[np.bool_]], BaselineParameters]
+Fit = Callable[[Series, Reals, Flags], BaselineParameters]
 """Fits the baselines to a recording, its truth at each S1 sample, and where that counts."""
 
 DERIVED = "as the recording suggests them, not fitted"

@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fuzzy_fusion_ros.batch.arrays import Reals, Stamps
 from fuzzy_fusion_ros.batch.compiled import compiled
 from fuzzy_fusion_ros.batch.series import Method, Trace, empty_trace, write
 from fuzzy_fusion_ros.core.estimator import observe_s2, update
@@ -19,8 +19,6 @@ from fuzzy_fusion_ros.simulation.controller import Controller, at_rest, force, o
 from fuzzy_fusion_ros.simulation.pendulum import FALLEN, Pendulum, integrate
 from fuzzy_fusion_ros.simulation.scenario import Scenario, samples_in, stamp_of
 from fuzzy_fusion_ros.simulation.sensors import draw_noise, follow, read_s1, read_s2
-
-Reals = NDArray[np.float64]
 
 
 class Loop(NamedTuple):
@@ -61,7 +59,7 @@ class Run(NamedTuple):
         survived: Samples until the fall, n if there was none.
     """
 
-    stamps_ns: NDArray[np.int64]
+    stamps_ns: Stamps
     truth: Reals
     s1: Reals
     s2: Reals

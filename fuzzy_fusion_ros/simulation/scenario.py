@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TypeVar
 
-from fuzzy_fusion_ros.batch.series import Stamps
+from fuzzy_fusion_ros.batch.arrays import Stamps
 from fuzzy_fusion_ros.parameters.group import Group, group, real
 
 Counts = TypeVar("Counts", int, Stamps)

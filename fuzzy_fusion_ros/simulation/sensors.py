@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.core.numerics import lag_gain
 from fuzzy_fusion_ros.simulation.scenario import LaggedParameters, WidebandParameters
 
 
-def draw_noise(generator: np.random.Generator, samples: int) -> NDArray[np.float64]:
+def draw_noise(generator: np.random.Generator, samples: int) -> Reals:
     """Draw a run's standard normal noise, shape (samples, 2): S1's and S2's, sample by sample."""
     return generator.standard_normal((samples, 2))
 

@@ -10,10 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, Knob, baselines_for
-from fuzzy_fusion_ros.batch.series import Method, Reals, Series, run
+from fuzzy_fusion_ros.batch.arrays import Flags, Reals, root_mean_square
+from fuzzy_fusion_ros.batch.series import Method, Series, run
 from fuzzy_fusion_ros.parameters.group import Value, flatten, replace
-from fuzzy_fusion_ros.tuning.characterise import root_mean_square
-from fuzzy_fusion_ros.tuning.fit import Flags
 from fuzzy_fusion_ros.tuning.search import Minimum, Pool, Progress, Search
 from fuzzy_fusion_ros.tuning.space import Axis, Space
 
@@ -82,17 +81,17 @@ def fit_baselines(
         progress: Told how far it is.
     """
     warm_up(series)
-    with Pool(threads, progress, planned(series)) as pool:
+    with Pool(threads, progress, planned()) as pool:
         return fit_baselines_in(pool, series, target, counted, seed)
 
 
-def planned(series: Series) -> int:
+def planned() -> int:
     """Return how many evaluations the fits take at most."""
-    return sum(EVALUATIONS[len(each.space.axes)] for each in _attempts(baselines_for(series)))
+    return sum(EVALUATIONS[len(each.space.axes)] for each in _attempts(BaselineParameters()))
 
 
 def warm_up(series: Series) -> None:
-    """Compile every baseline, in this thread, so that none waits for another."""
+    """Compile every baseline in this thread, so that the pool's threads do not wait."""
     short = Series(
         series.s1_ns[:2], series.s1[:2], series.s2_ns, series.s2, np.minimum(series.s2_known[:2], 1)
     )
@@ -104,7 +103,8 @@ def fit_baselines_in(
     pool: Pool, series: Series, target: Reals, counted: Flags, seed: int
 ) -> FittedBaselines:
     """Fit every baseline in threads that are there already; as :func:`fit_baselines`."""
-    attempts = list(_attempts(baselines_for(series)))
+    derived = baselines_for(series)
+    attempts = list(_attempts(derived))
 
     def cost_of(attempt: _Attempt) -> Callable[[Reals], float]:
         baseline = BASELINES[attempt.name]
@@ -130,7 +130,7 @@ def fit_baselines_in(
     for fit, attempt in zip(found, attempts, strict=True):
         if attempt.name not in best or fit.cost < best[attempt.name][0].cost:
             best[attempt.name] = fit, attempt
-    parameters = baselines_for(series)
+    parameters = derived
     for name, (fit, attempt) in best.items():
         switched = flatten(attempt.parameters)
         switches = {each: switched[each] for each in BASELINES[name].switches}

@@ -6,16 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy_fusion_ros.batch.series import Reals, Series
-from fuzzy_fusion_ros.tuning.cleaning import (
+from fuzzy_fusion_ros.batch.arrays import root_mean_square, white_noise
+from fuzzy_fusion_ros.batch.cleaning import (
     FEWEST_SPIKES,
-    white_noise,
     without_noise,
     without_spikes,
 )
+from fuzzy_fusion_ros.batch.lag import TRUSTED, Lag, chance_correlation, lag_of, read_through
+from fuzzy_fusion_ros.batch.series import Series, held_s2, seconds
 from fuzzy_fusion_ros.tuning.errors import TuneError
-from fuzzy_fusion_ros.tuning.lag import Lag, read_through, trusted_lag
-from fuzzy_fusion_ros.tuning.times import held_s2, seconds
 
 FEWEST_S1 = 50
 FEWEST_S2 = 10
@@ -81,8 +80,9 @@ def characterise(series: Series) -> Characteristics:
     s1_s, s2_s = seconds(series)
     s1, spike_share, spike_scale = without_spikes(series.s1)
     s2_interval = float(np.median(np.diff(s2_s)))
-    # with its noise, S1 would be the more like S2 the longer the lag that it is seen through
-    lag, chance = trusted_lag(s1_s, without_noise(s1_s, s1, s2_interval), s2_s, series.s2)
+    clean = without_noise(s1_s, s1, s2_interval)
+    lag = lag_of(s1_s, clean, s2_s, series.s2)
+    sure = lag.correlation >= TRUSTED
     error = read_through(lag, s1_s, s1, s2_s) - series.s2
     about = s2_s - s2_s.mean()
     drift = float(about @ error / (about @ about))
@@ -97,7 +97,7 @@ def characterise(series: Series) -> Characteristics:
         spike_share=spike_share,
         spike_scale=spike_scale,
         lag=lag,
-        chance=chance,
+        chance=0.0 if sure else chance_correlation(s1_s, clean, s2_s, series.s2),
         bias=float(error.mean()),
         drift=drift,
         wander=float(np.std(error - drift * about)),
@@ -129,8 +129,3 @@ def require_enough(series: Series) -> None:
             f"got {np.count_nonzero(series.s2_known)} samples of S1 after the first of S2, "
             f"expected {FEWEST_S1} at least: do both cover the span?"
         )
-
-
-def root_mean_square(values: Reals) -> float:
-    """Return the root of the mean square."""
-    return float(np.sqrt(np.mean(np.square(values))))

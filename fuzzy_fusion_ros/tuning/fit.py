@@ -6,17 +6,14 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fuzzy_fusion_ros.batch.series import Reals, Series
+from fuzzy_fusion_ros.batch.arrays import Flags, Reals, root_mean_square
+from fuzzy_fusion_ros.batch.series import Series
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
-from fuzzy_fusion_ros.tuning.characterise import root_mean_square
 from fuzzy_fusion_ros.tuning.kernel import outputs
 from fuzzy_fusion_ros.tuning.search import Minimum, Pool, Search
 from fuzzy_fusion_ros.tuning.space import Space
-
-Flags = NDArray[np.bool_]
 
 FINALISTS = 2
 """So many of the starts are followed to the end."""

@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.batch.compiled import compiled
-from fuzzy_fusion_ros.batch.series import Reals, Series
+from fuzzy_fusion_ros.batch.series import Series
 from fuzzy_fusion_ros.core.aggregator import SlowSensor, aggregate, no_slow_sensor, observe_slow
 from fuzzy_fusion_ros.core.conditioning import Conditioned, condition, unconditioned
 from fuzzy_fusion_ros.core.estimator import FUSED, mode_at

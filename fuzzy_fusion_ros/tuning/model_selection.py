@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy_fusion_ros.batch.series import Reals
+from fuzzy_fusion_ros.batch.arrays import Flags, Reals
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.tuning.candidates import Candidate, candidates_for
 from fuzzy_fusion_ros.tuning.characterise import TINY, Characteristics
-from fuzzy_fusion_ros.tuning.fit import FitSpec, Flags, Problem, cost_of, fits
+from fuzzy_fusion_ros.tuning.fit import FitSpec, Problem, cost_of, fits
 from fuzzy_fusion_ros.tuning.search import Minimum, Pool, Search
 
 BLOCKS = 4
@@ -60,7 +60,7 @@ def cross_validate(
 
     Args:
         problem: What is fitted.
-        found: What the sensors are like.
+        sensors: What the sensors are like.
         pool: Where it runs.
         seed: Seed of all of it.
     """

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from fuzzy_fusion_ros.batch.lag import TRUSTED
 from fuzzy_fusion_ros.parameters.group import flatten
 from fuzzy_fusion_ros.text.table import text_table
 from fuzzy_fusion_ros.tuning.candidates import LOST_AFTER
 from fuzzy_fusion_ros.tuning.characterise import Characteristics
-from fuzzy_fusion_ros.tuning.lag import TRUSTED
 from fuzzy_fusion_ros.tuning.tune import Tuned
 
 

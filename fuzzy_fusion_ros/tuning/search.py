@@ -14,9 +14,8 @@ from types import TracebackType
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import differential_evolution
 
-from fuzzy_fusion_ros.batch.series import Reals
+from fuzzy_fusion_ros.batch.arrays import Reals
 
 MEMBERS = 20
 """Points that differential evolution keeps."""
@@ -60,6 +59,8 @@ class Minimum(NamedTuple):
 
 def minimise(search: Search) -> Minimum:
     """Run the optimiser; never worse than the start."""
+    from scipy.optimize import differential_evolution  # costs start-up time
+
     generator = np.random.default_rng(search.seed)
     start = np.clip(search.start, 0.0, 1.0)
     if start.size == 0 or search.evaluations < 2 * MEMBERS:

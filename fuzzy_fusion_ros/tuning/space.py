@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy_fusion_ros.batch.series import Reals
+from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.tuning.characterise import TINY, Characteristics
 
 NEVER = 1e9

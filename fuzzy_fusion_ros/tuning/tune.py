@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy_fusion_ros.baselines import BaselineParameters
-from fuzzy_fusion_ros.batch.series import Reals, Series, fusion, run
+from fuzzy_fusion_ros.batch.arrays import Flags, Reals, root_mean_square
+from fuzzy_fusion_ros.batch.series import Series, fusion, run
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import flatten, replace
 from fuzzy_fusion_ros.tuning import baselines, model_selection
@@ -16,10 +17,9 @@ from fuzzy_fusion_ros.tuning.characterise import (
     FEWEST_S1,
     Characteristics,
     characterise,
-    root_mean_square,
 )
 from fuzzy_fusion_ros.tuning.errors import TuneError
-from fuzzy_fusion_ros.tuning.fit import Flags, Problem
+from fuzzy_fusion_ros.tuning.fit import Problem
 from fuzzy_fusion_ros.tuning.kernel import outputs
 from fuzzy_fusion_ros.tuning.model_selection import FittedCandidate
 from fuzzy_fusion_ros.tuning.reference import reference_without_truth
@@ -51,7 +51,7 @@ class Tuned(NamedTuple):
     """What came out.
 
     Attributes:
-        found: What the sensors are like.
+        sensors: What the sensors are like.
         with_truth: Whether it was fitted to a truth.
         target: What it was fitted to, at each S1 sample, shape (n,), NaN where unknown.
         counted: Where that counts, shape (n,).
@@ -118,7 +118,7 @@ def tune(
     problem = Problem(series, target, counted, base)
     outputs(base, series)  # compiled here, so that no thread waits for another
     baselines.warm_up(series)
-    planned = model_selection.planned(sensors) + baselines.planned(series)
+    planned = model_selection.planned(sensors) + baselines.planned()
     with Pool(threads, progress, planned) as pool:
         steps = model_selection.cross_validate(problem, sensors, pool, seed)
         fitted = baselines.fit_baselines_in(pool, series, target, counted, seed)

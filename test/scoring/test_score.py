@@ -11,7 +11,8 @@ from bag.recorded import Scalar, read, swing, write_scalars
 from numpy.typing import NDArray
 
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, baselines_for
-from fuzzy_fusion_ros.batch.series import Reals, Series
+from fuzzy_fusion_ros.batch.arrays import Reals
+from fuzzy_fusion_ros.batch.series import Series
 from fuzzy_fusion_ros.offline.topics import Topics
 from fuzzy_fusion_ros.parameters.errors import BagError
 from fuzzy_fusion_ros.parameters.fusion import Parameters

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy_fusion_ros.batch.series import Reals, Series
+from fuzzy_fusion_ros.batch.arrays import Reals
+from fuzzy_fusion_ros.batch.series import Series
 
 START_NS = 1_000_000_000
 

@@ -15,7 +15,8 @@ import numpy as np
 from scipy.signal import lfilter
 from tuning.recordings import START_NS, Made
 
-from fuzzy_fusion_ros.batch.series import Reals, Series
+from fuzzy_fusion_ros.batch.arrays import Reals
+from fuzzy_fusion_ros.batch.series import Series
 
 
 class Standin(NamedTuple):

@@ -1,4 +1,4 @@
-"""The settings of the ladder: what they cost, and what they cannot be."""
+"""What fits of the candidates cost, and which values they cannot reach."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from fuzzy_fusion_ros.tuning.space import SLOPE_OVER_BIAS
 
 
 @pytest.fixture(scope="module")
-def found() -> Characteristics:
-    """What some sensors are like."""
+def sensors() -> Characteristics:
+    """Return the characteristics of some sensors."""
     return characterise(made(Sensors()).series)
 
 
 def full_evaluations(sensors: Characteristics, samples: float) -> Evaluations:
-    """Return the evaluations of the largest setting for a recording of so many samples."""
-    long = found._replace(span=samples * sensors.s1_interval)
+    """Return the evaluations of the largest candidate for a recording of so many samples."""
+    long = sensors._replace(span=samples * sensors.s1_interval)
     return {each.name: each for each in candidates_for(long)}["full"].setting.evaluations
 
 
 def test_a_long_recording_is_run_less_often(sensors: Characteristics) -> None:
-    whole = full_evaluations(found, LONG)
-    assert full_evaluations(found, 100) == whole
-    assert full_evaluations(found, 2 * LONG) == tuple(round(each / 2) for each in whole)
-    assert full_evaluations(found, 1e9) == tuple(round(FEWEST * each) for each in whole)
+    whole = full_evaluations(sensors, LONG)
+    assert full_evaluations(sensors, 100) == whole
+    assert full_evaluations(sensors, 2 * LONG) == tuple(round(each / 2) for each in whole)
+    assert full_evaluations(sensors, 1e9) == tuple(round(FEWEST * each) for each in whole)
 
 
 def test_a_slope_is_never_learnt_much_quicker_than_its_bias(sensors: Characteristics) -> None:
-    space = {each.name: each for each in candidates_for(found)}["full"].setting.space
+    space = {each.name: each for each in candidates_for(sensors)}["full"].setting.space
     generator = np.random.default_rng(0)
     for point in generator.random((50, len(space.axes))):
         values = space.values(point)

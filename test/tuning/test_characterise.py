@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from tuning.recordings import Sensors, made
 
+from fuzzy_fusion_ros.batch.cleaning import without_spikes
 from fuzzy_fusion_ros.tuning import TuneError, characterise
-from fuzzy_fusion_ros.tuning.cleaning import without_spikes
 from fuzzy_fusion_ros.tuning.report import described
 
 

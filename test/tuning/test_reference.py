@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from tuning.recordings import Sensors, made
 
+from fuzzy_fusion_ros.batch.series import held_s2
 from fuzzy_fusion_ros.tuning import characterise, reference_without_truth
-from fuzzy_fusion_ros.tuning.times import held_s2, in_gaps
+from fuzzy_fusion_ros.tuning.reference import in_gaps
 
 AILMENTS = {
     "bias": Sensors(bias=0.5),

@@ -7,7 +7,7 @@ import threading
 import numpy as np
 import pytest
 
-from fuzzy_fusion_ros.batch.series import Reals
+from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.tuning.search import Pool, Search, minimise
 from fuzzy_fusion_ros.tuning.space import Axis, Space
 

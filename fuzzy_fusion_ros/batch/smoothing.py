@@ -1,8 +1,4 @@
-"""Filters over whole series with uneven stamps, compiled where possible.
-
-All compiled functions of the room are in this file: what they call is in it or in ``core``, so
-that the compiler's memory notices every change.
-"""
+"""Filters over whole series with uneven stamps."""
 
 from __future__ import annotations
 
@@ -10,16 +6,16 @@ import math
 
 import numpy as np
 
+from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.batch.compiled import compiled
-from fuzzy_fusion_ros.batch.series import Reals
 from fuzzy_fusion_ros.core.numerics import lag_gain
 
 _SPANS_A_LINE = 1e-3
-"""Points whose spread is a smaller share than this of their distance do not tell a slope."""
+"""Points whose spread is a smaller share than this of their distance determine no slope."""
 
 
 def lagged(time_s: Reals, values: Reals, time_constant: float) -> Reals:
-    """Return a series behind a first-order lag that starts at the first value.
+    """Return a series passed through a first-order lag that starts at the first value.
 
     Args:
         time_s: Times, rising, shape (n,), seconds.
@@ -36,15 +32,15 @@ def smoothed(
 ) -> Reals:
     """Return a series smoothed without delay: a local mean, or a local line, at each sample.
 
-    Neighbours count by ``exp(-|distance| / time_constant)``, before and after alike.
+    Neighbours on either side have the weight ``exp(-|distance| / time_constant)``.
 
     Args:
         time_s: Times, rising, shape (n,), seconds.
         values: Shape (n,).
         time_constant: Seconds, more than 0.
-        straight: Whether to fit a line; where points do not span one, it is the mean.
-        hole: Samples this near, itself included, do not count; negative: all count. Where
-            none is left, it is the sample.
+        straight: Whether to fit a line; where the points determine none, it is the mean.
+        hole: Samples up to this far away, the sample itself included, have no weight; negative:
+            all have. Where none is left, the sample itself is returned.
     """
     found = np.empty_like(values)
     before = np.zeros((values.size, 5))
@@ -70,7 +66,7 @@ def _smoothed(
     after: Reals,
     found: Reals,
 ) -> None:
-    """Smooth in one pass each way, over weighted sums of 1, u, u^2, x, u x about each sample."""
+    """Smooth in one pass each way, with weighted sums of 1, u, u^2, x, u x about each sample."""
     n = values.size
     for k in range(n):
         if k > 0:
@@ -112,7 +108,7 @@ def _smoothed(
 
 
 def _shift(sums: Reals, distance: float, decay: float, shifted: Reals) -> None:
-    """Write sums about a place that the points are ``distance`` further ahead of."""
+    """Write sums about a place from which the points are ``distance`` further away."""
     one, u, uu, x, ux = sums
     shifted[0] = decay * one
     shifted[1] = decay * (u + distance * one)

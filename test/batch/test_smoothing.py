@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fuzzy_fusion_ros.batch.series import Reals
-from fuzzy_fusion_ros.tuning.smoothing import lagged, smoothed
+from fuzzy_fusion_ros.batch.arrays import Reals
+from fuzzy_fusion_ros.batch.smoothing import lagged, smoothed
 
 
 def slowly(

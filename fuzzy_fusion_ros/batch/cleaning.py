@@ -1,4 +1,4 @@
-"""S1 cleaned with hindsight: less its spikes, less its noise."""
+"""S1 cleaned with hindsight: its spikes replaced, its noise removed without delay."""
 
 from __future__ import annotations
 
@@ -6,28 +6,25 @@ import itertools
 
 import numpy as np
 
-from fuzzy_fusion_ros.batch.series import Reals
-from fuzzy_fusion_ros.tuning.smoothing import smoothed
+from fuzzy_fusion_ros.batch.arrays import SIGMA_OVER_MEDIAN, Reals, white_noise
+from fuzzy_fusion_ros.batch.smoothing import smoothed
 
-TELLING = 5
-"""Samples each way that tell whether S1 has spikes at all: few, so that motion is none."""
+DETECTING = 5
+"""Samples each way in the median that detects spikes: few, so that motion is not taken for one."""
 
 REMOVING = 8
-"""Samples each way that tell which samples are spikes, where there are any: runs of them too."""
+"""Samples each way in the median that replaces spikes: enough to outnumber a run of them."""
 
 SPIKE_SIGMAS = 5.0
 """A sample this many times the usual step from the median around it is a spike."""
 
 FEWEST_SPIKES = 0.015
-"""From this share of spikes on they are a fault of the sensor; fewer are the tail of its noise."""
-
-_TO_SIGMA = 1.4826
-"""The standard deviation of normal numbers over their median magnitude."""
+"""At this share and above, spikes are a fault of the sensor; fewer are the tail of its noise."""
 
 _TINY = 1e-300
 
 _NO_STEP = 1e-12
-"""Of a series that rests without noise, no sample this near to the median is a spike."""
+"""In a series that rests without noise, no sample this close to the median is a spike."""
 
 
 def without_spikes(s1: Reals) -> tuple[Reals, float, float]:
@@ -36,7 +33,7 @@ def without_spikes(s1: Reals) -> tuple[Reals, float, float]:
     Returns:
         The series, the share of spikes, and the usual distance of a sample from the median.
     """
-    _, share, scale = _limited(s1, TELLING)
+    _, share, scale = _limited(s1, DETECTING)
     if share < FEWEST_SPIKES:
         return s1, share, scale
     return _limited(s1, REMOVING)
@@ -49,8 +46,8 @@ def _limited(s1: Reals, half: int) -> tuple[Reals, float, float]:
     median = np.median(windows, axis=1)
     distance = np.abs(s1 - median)
     steps = np.median(np.abs(np.diff(windows, axis=1)), axis=1)
-    scale = _TO_SIGMA * max(
-        float(np.quantile(steps, 0.7)),  # so a signal that moves now and then is no spike
+    scale = SIGMA_OVER_MEDIAN * max(
+        float(np.quantile(steps, 0.7)),  # motion now and then is no spike
         float(np.median(distance)),
         float(np.quantile(distance, 0.8)) / 2.0,
     )
@@ -58,18 +55,14 @@ def _limited(s1: Reals, half: int) -> tuple[Reals, float, float]:
     return np.where(spike, median, s1), float(np.mean(spike)), scale
 
 
-def white_noise(values: Reals) -> float:
-    """Return the standard deviation of the white noise in a series, from second differences."""
-    return float(np.median(np.abs(np.diff(values, n=2))) * _TO_SIGMA / np.sqrt(6.0))
-
-
 def without_noise(s1_s: Reals, s1: Reals, s2_interval: float) -> Reals:
-    """Return S1 less its noise, without delay: octave bands, each with its own Wiener gain.
+    """Return S1 without its noise and without delay: octave bands, each with its Wiener gain.
 
     Args:
         s1_s: Times of S1, shape (n,), seconds.
         s1: S1, free of spikes, shape (n,).
-        s2_interval: Median time between samples of S2, seconds: slower bands are left alone.
+        s2_interval: Median time between samples of S2, seconds; much slower bands stay as they
+            are.
     """
     slowest = max(4.0 * s2_interval, 1.0)
     layers = [s1]
@@ -88,10 +81,10 @@ def without_noise(s1_s: Reals, s1: Reals, s2_interval: float) -> Reals:
 
 
 def _wiener_gains(powers: Reals, noise: float) -> Reals:
-    """Return the share of signal in each band, from the fastest.
+    """Return the share of signal in each band, the fastest first.
 
-    A signal's power in octave bands falls towards fast ones; where S1's rises again it is noise,
-    white there. Where it never rises, the noise is what second differences tell.
+    A signal's power falls towards fast octave bands. Where S1's rises again it is noise, taken as
+    white from there on; where it never rises, the noise is that of second differences.
     """
     octave = np.arange(powers.size)
     quietest = int(np.argmin(powers))

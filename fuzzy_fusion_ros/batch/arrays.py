@@ -1,0 +1,60 @@
+"""Types of arrays over a recording, and the statistics of them that several rooms need."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Reals = NDArray[np.float64]
+Stamps = NDArray[np.int64]
+"""Nanoseconds."""
+Flags = NDArray[np.bool_]
+
+SIGMA_OVER_MEDIAN = 1.4826
+"""Standard deviation of normal numbers of mean 0, over the median of their magnitudes."""
+
+
+def seconds_since(origin_ns: int, stamps_ns: Stamps) -> Reals:
+    """Return stamps as seconds from an origin; differences are exact before they are scaled."""
+    return (stamps_ns - origin_ns).astype(np.float64) * 1e-9
+
+
+def root_mean_square(values: Reals) -> float:
+    """Return the root of the mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def integral_absolute_error(time_s: Reals, error: Reals) -> float:
+    """Eq. (14): the time integral of the error's magnitude; each sample holds until the next.
+
+    Args:
+        time_s: Times, rising, shape (n,), seconds.
+        error: Shape (n,).
+    """
+    return float(np.sum(np.abs(error) * _durations(time_s)))
+
+
+def integral_time_absolute_error(time_s: Reals, error: Reals) -> float:
+    """Eq. (15): that integral, weighted by the time since the first sample.
+
+    Args:
+        time_s: Times, rising, shape (n,), seconds.
+        error: Shape (n,).
+    """
+    elapsed = time_s - time_s[0]
+    return float(np.sum(elapsed * np.abs(error) * _durations(time_s)))
+
+
+def white_noise(values: Reals) -> float:
+    """Return the standard deviation of the white noise in a series, from second differences.
+
+    Args:
+        values: At roughly even intervals, shape (n,), n at least 3.
+    """
+    return float(np.median(np.abs(np.diff(values, n=2))) * SIGMA_OVER_MEDIAN / np.sqrt(6.0))
+
+
+def _durations(time_s: Reals) -> Reals:
+    """Return how long each sample holds; the last one as long as the one before it."""
+    steps = np.diff(time_s)
+    return np.append(steps, steps[-1:]) if steps.size else np.zeros(1)
