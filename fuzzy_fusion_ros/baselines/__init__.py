@@ -1,4 +1,4 @@
-"""What a user would pick instead: linear filters, each a ``Method`` of ``core.series``.
+"""The filters that a user would pick instead, each a ``Method`` of ``batch.series``.
 
 Pure functions over named tuples, like ``core``, so that replay, score and the closed loop run
 them as they run the fuzzy estimator. All wait for the first sample of S2.

@@ -1,4 +1,4 @@
-"""Estimates as baselines give them: a value, and no rules to explain it."""
+"""Estimates of the baselines: a value without rules that explain it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def estimated(value: float, weight: float) -> Estimate:
 
 
 def waiting() -> Estimate:
-    """Return the estimate that is none, while S2 has not spoken."""
+    """Return the placeholder for no estimate, before the first sample of S2."""
     return _estimate(WAITING, 0.0, 0.0)
 
 

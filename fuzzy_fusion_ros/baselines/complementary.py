@@ -18,16 +18,16 @@ from fuzzy_fusion_ros.parameters.group import numbers
 
 
 class Complementary(NamedTuple):
-    """What the filter keeps.
+    """State of the filter.
 
     Attributes:
         s1_samples: Samples of S1 so far.
         stamp_ns: Stamp of the last of them.
-        s1: It, behind the low-pass on S1.
+        s1: S1 after its low-pass.
         s2_samples: Samples of S2 so far.
         s2: The last of them, held.
-        high: S1 behind the high-pass.
-        low: S2 behind the low-pass.
+        high: S1 after the high-pass.
+        low: S2 after the low-pass.
     """
 
     s1_samples: int

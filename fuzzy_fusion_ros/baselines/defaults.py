@@ -1,4 +1,4 @@
-"""Parameters of the baselines as one would set them by hand after a look at the recording."""
+"""Parameters of the baselines as one would set them by hand after looking at the recording."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from fuzzy_fusion_ros.batch.lag import TRUSTED, Lag, lag_of
 from fuzzy_fusion_ros.batch.series import Series, seconds
 
 _FEWEST = 8
-"""With fewer samples of either sensor there is nothing to look at."""
+"""With fewer samples of either sensor, nothing is derived."""
 _TINY = 1e-9
 
 
 def baselines_for(series: Series) -> BaselineParameters:
-    """Derive parameters from noise, motion and lag as the recording shows them; not tuned.
+    """Derive parameters from the noise, motion and lag in a recording, without fitting.
 
     Args:
-        series: The recording; a very short one gives the plain defaults.
+        series: The recording; a very short one gives the defaults.
     """
     if min(series.s1.size, series.s2.size) < _FEWEST:
         return BaselineParameters()

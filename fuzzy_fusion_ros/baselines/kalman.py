@@ -1,7 +1,7 @@
-"""Kalman filter over two random walks: the signal, and S1's bias where it is a state.
+"""Kalman filter over two random walks: the signal and, where it is a state, S1's bias.
 
-S2 measures the signal, S1 the signal plus its bias; neither is modelled to lag. Each sample is
-one scalar correction at its own stamp, so any rates and any gaps do.
+S2 measures the signal, S1 the signal plus its bias; no lag is modelled. Each sample is one scalar
+correction at its own stamp, so sensors may have any rates and gaps.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from fuzzy_fusion_ros.core.numerics import bounded, seconds_between
 from fuzzy_fusion_ros.parameters.group import numbers
 
 FINEST = 1e6
-"""Largest ratio of standard deviations, of what is known to what is measured, that counts."""
+"""Largest ratio of prior to measurement standard deviation that is taken into account."""
 
 
 class Belief(NamedTuple):
@@ -38,13 +38,13 @@ class Belief(NamedTuple):
 
 
 class Kalman(NamedTuple):
-    """What the filter keeps.
+    """State of the filter.
 
     Attributes:
-        started: Whether S2 has spoken: from then on the signal is known.
-        calibrated: Whether S1 has spoken since: from then on the bias is known.
+        started: Whether there was a sample of S2, which initialises the signal.
+        calibrated: Whether there was a sample of S1 since, which initialises the bias.
         stamp_ns: Stamp of the newest sample.
-        belief: What is known.
+        belief: Mean and covariance.
     """
 
     started: bool
@@ -61,7 +61,7 @@ def kalman(parameters: KalmanParameters) -> Method:
 
 
 def observe_s2(parameters: KalmanParameters, state: Kalman, stamp_ns: int, value: float) -> Kalman:
-    """Correct the signal by a sample of S2; the first one is what is known of the signal."""
+    """Correct by a sample of S2; the first one initialises the signal."""
     variance = parameters.s2_noise * parameters.s2_noise
     if state.started:
         ahead = predict(parameters, state.belief, seconds_between(state.stamp_ns, stamp_ns))
@@ -79,7 +79,7 @@ def observe_s2(parameters: KalmanParameters, state: Kalman, stamp_ns: int, value
 def update(
     parameters: KalmanParameters, state: Kalman, stamp_ns: int, value: float
 ) -> tuple[Estimate, Kalman]:
-    """Correct by a sample of S1; with a bias, the first one is what is known of that."""
+    """Correct by a sample of S1; the first one initialises the bias, if that is a state."""
     if not state.started:
         return waiting(), state
     variance = parameters.s1_noise * parameters.s1_noise
@@ -105,7 +105,7 @@ def update(
 
 
 def predict(parameters: KalmanParameters, belief: Belief, dt: float) -> Belief:
-    """Let both walk for ``dt`` seconds; not at all where a sample comes late."""
+    """Propagate both random walks by ``dt`` seconds; a late sample does not propagate them."""
     elapsed = max(dt, 0.0)
     walked = parameters.process_noise * parameters.process_noise * elapsed
     strayed = parameters.bias_noise * parameters.bias_noise * elapsed
@@ -121,10 +121,10 @@ def predict(parameters: KalmanParameters, belief: Belief, dt: float) -> Belief:
 def correct(
     belief: Belief, bias_share: float, variance: float, measured: float
 ) -> tuple[float, Belief]:
-    """Take a measurement of ``signal + bias_share * bias``; covariances in Joseph's form.
+    """Correct by a measurement of ``signal + bias_share * bias``; covariances in Joseph's form.
 
-    A measurement more than ``FINEST`` times better than what is known counts as just that good:
-    beyond, rounding would outweigh it.
+    A measurement counts as no more than ``FINEST`` times better than the prior: beyond that,
+    rounding errors would dominate.
 
     Returns:
         The gain of the signal, and the belief after the measurement.

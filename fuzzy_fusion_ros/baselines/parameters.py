@@ -1,4 +1,4 @@
-"""Parameters of the baselines; as with ours, one definition for YAML, fit and Python."""
+"""Parameters of the baselines: one definition for YAML, fit and Python, as for the fusion."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fuzzy_fusion_ros.parameters.group import Group, group, real, switch
 class ConstantWeightParameters(Group):
     """A constant weighted mean."""
 
-    weight: float = real(0.5, "weight of S1; that of S2 is the rest", high=1.0)
+    weight: float = real(0.5, "weight of S1; S2 has the rest", high=1.0)
 
 
 @dataclass(frozen=True)
@@ -19,26 +19,26 @@ class ComplementaryParameters(Group):
     """First-order complementary filter."""
 
     time_constant: float = real(
-        0.2, "S1 counts for changes faster than this, S2 for slower ones", unit="s"
+        0.2, "S1 determines changes faster than this, S2 slower ones", unit="s"
     )
     lowpass_time_constant: float = real(
         0.0, "time constant of a low-pass on S1 before the filter; 0 is off", unit="s"
     )
-    s2_lags: bool = switch(False, "whether S2's own lag serves as the filter's low-pass")
+    s2_lags: bool = switch(False, "whether S2's own lag replaces the filter's low-pass")
 
 
 @dataclass(frozen=True)
 class KalmanParameters(Group):
-    """Kalman filter whose signal is a random walk, and S1's bias another one or nothing."""
+    """Kalman filter whose signal is a random walk; S1's bias is another one, or zero."""
 
     process_noise: float = real(
-        0.1, "how far the signal walks in a second, standard deviation", unit="signal/s^0.5"
+        0.1, "random walk of the signal, standard deviation after a second", unit="signal/s^0.5"
     )
     s1_noise: float = real(0.1, "standard deviation of S1's noise", unit="signal", low=1e-12)
     s2_noise: float = real(0.01, "standard deviation of S2's noise", unit="signal", low=1e-12)
     biased: bool = switch(False, "whether S1's bias is a state of the filter")
     bias_noise: float = real(
-        0.0, "how far S1's bias walks in a second, standard deviation", unit="signal/s^0.5"
+        0.0, "random walk of S1's bias, standard deviation after a second", unit="signal/s^0.5"
     )
 
 

@@ -1,4 +1,4 @@
-"""Every baseline by its name: how to make it, and what a fit may move."""
+"""Every baseline by name: how to make it, and what a fit may move."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fuzzy_fusion_ros.batch.series import Method
 from fuzzy_fusion_ros.parameters.group import descriptors, flatten
 
 REACH = 1000.0
-"""How far a fit may move a parameter from its default, as a factor both ways."""
+"""Largest factor by which a fit may move a parameter from its start, either way."""
 
 
 class Knob(NamedTuple):
@@ -24,7 +24,7 @@ class Knob(NamedTuple):
         name: Its dotted name in :class:`BaselineParameters`.
         low: Smallest value to try.
         high: Largest value to try.
-        logarithmic: Whether it is to be moved on a logarithmic scale.
+        logarithmic: Whether the scale is logarithmic.
     """
 
     name: str
@@ -38,8 +38,9 @@ class Baseline(NamedTuple):
 
     Attributes:
         method: Makes the method.
-        moved: Dotted names of the numbers that a fit moves; only the ratios of the noises matter.
-        switches: Dotted names of the booleans that a fit tries both ways.
+        moved: Dotted names of the numbers that a fit moves. Only ratios of noises matter, so one
+            of them is fixed.
+        switches: Dotted names of the booleans of which a fit tries both values.
     """
 
     method: Callable[[BaselineParameters], Method]
@@ -50,7 +51,7 @@ class Baseline(NamedTuple):
         """Return what a fit may move, with limits around the given values.
 
         Args:
-            parameters: Where the fit begins, as :func:`baselines_for` derives it.
+            parameters: Where the fit starts, as :func:`baselines_for` derives it.
         """
         values = flatten(parameters)
         return tuple(_knob(name, float(values[name])) for name in self.moved)

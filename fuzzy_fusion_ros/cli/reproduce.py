@@ -16,7 +16,7 @@ from pathlib import Path
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import progress
 from fuzzy_fusion_ros.cli.status import DONE, FAILED, command, say
-from fuzzy_fusion_ros.paper.claims_report import as_document, findings_table
+from fuzzy_fusion_ros.paper.claims_report import as_document, claims_table
 from fuzzy_fusion_ros.paper.tables import FIGURES
 from fuzzy_fusion_ros.plots.reproduction import Reproduction, reproduce
 
@@ -45,8 +45,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _tables(done: Reproduction) -> str:
     tables = (
-        findings_table(done.claims, "the paper's claim, and what the value is", "holds"),
-        findings_table(done.targets, "our target, and what the value is", "met"),
+        claims_table(done.claims, "the paper's claim, and what the value is", "holds"),
+        claims_table(done.targets, "our target, and what the value is", "met"),
     )
     return "\n\n".join(table for table in tables if table)
 

@@ -1,6 +1,7 @@
 """The method: no ROS, no files, no clock, no global random state.
 
-Read in the paper's order: ``membership``, ``aggregator``, ``predictor``, ``gate``,
-``estimator``. Everything a step needs comes in as arguments and everything it changes goes out
-as a new state, so the same functions serve the node, a replay, a sweep and a fit.
+Read in the paper's order: ``membership``, ``aggregator``, ``predictor``, ``gate``, ``estimator``;
+``conditioning`` of S1 before them is an extension. Everything that a step needs is an argument and
+everything that it changes is in the state it returns, so the same functions serve a node, a replay,
+a sweep and a fit.
 """

@@ -1,1 +1,1 @@
-"""The paper, reproduced: its methods over its sweeps, and every claim with its interval."""
+"""The paper's experiments: its methods over its sweeps, and its claims with intervals."""

@@ -1,4 +1,4 @@
-"""What is held against a bound: claims of the paper and targets of ours look the same."""
+"""Values checked against bounds: the paper's claims and our own targets."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ SYMBOLS = {"tau2": ("τ₂", "s"), "sigma1": ("σ₁", "rad"), "bias1": ("bias�
 
 
 class CheckedClaim(NamedTuple):
-    """A claim or a target, and what the runs say about it.
+    """A claim or target, and whether the runs support it.
 
     Attributes:
         figure: Number of the figure in the paper.
         claim: What is claimed.
-        measure: What the value is, and the bound that it is held against.
+        measure: Definition of the value, and the bound.
         holds: Whether it holds, ``None`` where there is no bound.
-        value: The number behind it.
-        interval: Low and high end of the value's 95 % interval.
-        where: The point and the method that decide, empty where there is no choice of them.
+        value: The value.
+        interval: Low and high end of its 95 % interval.
+        where: The decisive point and method, empty where there is only one.
     """
 
     figure: int
@@ -35,12 +35,12 @@ class CheckedClaim(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """A value that may be held against a bound.
+    """A value that may be checked against a bound.
 
     Attributes:
-        text: What it is, with its unit.
+        text: Its definition, with its unit.
         interval: The value.
-        where: The point and the method that it comes from, empty where there is no choice.
+        where: The point and method it is from, empty where there is only one.
     """
 
     text: str
@@ -51,24 +51,24 @@ class Measured(NamedTuple):
 def above(figure: int, claim: str, measured: Measured, bound: float) -> CheckedClaim:
     """Return a claim that holds if the whole interval lies above the bound."""
     holds = measured.interval.low > bound
-    return _finding(figure, claim, f"{measured.text} > {bound:g}", holds, measured)
+    return _checked(figure, claim, f"{measured.text} > {bound:g}", holds, measured)
 
 
 def below(figure: int, claim: str, measured: Measured, bound: float) -> CheckedClaim:
     """Return a claim that holds if the whole interval lies below the bound."""
     holds = measured.interval.high < bound
-    return _finding(figure, claim, f"{measured.text} < {bound:g}", holds, measured)
+    return _checked(figure, claim, f"{measured.text} < {bound:g}", holds, measured)
 
 
 def mean_at_most(figure: int, claim: str, measured: Measured, bound: float) -> CheckedClaim:
-    """Return a target that is met if the mean is at most the bound, its interval aside."""
+    """Return a target that is met if the mean is at most the bound, whatever its interval."""
     holds = measured.interval.mean <= bound
-    return _finding(figure, claim, f"{measured.text} ≤ {bound:g}", holds, measured)
+    return _checked(figure, claim, f"{measured.text} ≤ {bound:g}", holds, measured)
 
 
 def stated(figure: int, claim: str, measured: Measured) -> CheckedClaim:
     """Return a value without a bound."""
-    return _finding(figure, claim, measured.text, None, measured)
+    return _checked(figure, claim, measured.text, None, measured)
 
 
 def ratios(
@@ -87,7 +87,7 @@ def ratios(
 
 
 def place(point: Point) -> str:
-    """Name a point by what is not nominal there, ``nominal`` if nothing is."""
+    """Name a point by what differs from nominal, ``nominal`` if nothing does."""
     named = [
         f"{SYMBOLS[field][0]} = {value:g} {SYMBOLS[field][1]}"
         for field, value in point._asdict().items()
@@ -96,7 +96,7 @@ def place(point: Point) -> str:
     return ", ".join(named) or "nominal"
 
 
-def _finding(
+def _checked(
     figure: int, claim: str, measure: str, holds: bool | None, measured: Measured
 ) -> CheckedClaim:
     mean, low, high = measured.interval

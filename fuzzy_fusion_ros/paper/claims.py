@@ -27,16 +27,16 @@ FIGURES = {"tau2": (18, 19), "sigma1": (20, 21), "bias1": (22, 23)}
 """Which figures show IAE and ITAE over each sweep."""
 
 RIVALS = ("s2", "average")
-"""What the paper's sweeps compare fusion with."""
+"""What the paper's sweeps compare the fusion with."""
 
 INITIAL_ANGLE = Scenario().plant.initial_angle
-"""What still swings as far as this to both sides oscillates, rad: nothing has decayed."""
+"""A swing as large as this to both sides is an oscillation, rad: nothing has decayed."""
 
 HIGH = 2.0
-"""A deviation is high from so many times the ideal sensor's on."""
+"""A deviation is high at this multiple of the ideal sensor's and above."""
 
 STEADY = 0.02
-"""Within this a pendulum is balanced well, rad: a tenth of the angle that it starts from."""
+"""Within this, a pendulum is balanced well, rad: a tenth of its initial angle."""
 
 SWING = "swing to both sides in the last 10 s, rad"
 
@@ -45,7 +45,7 @@ def claims(results: Results, figures: Sequence[int]) -> list[CheckedClaim]:
     """Return the claims about the given figures, in the order of the figures.
 
     Args:
-        results: Runs of all methods; a sweep that is not whole is passed over.
+        results: Runs of all methods; an incomplete sweep is ignored.
         figures: Numbers of figures.
     """
     found = []
@@ -176,7 +176,7 @@ def _about_sweep(results: Results, swept: str) -> list[CheckedClaim]:
 
 
 def _gain(results: Results, points: Sequence[Point]) -> Measured:
-    """Return how much further ahead fusion is in ITAE than in IAE, on average over a sweep."""
+    """Return how much larger fusion's lead is in ITAE than in IAE, on average over a sweep."""
     gains = {}
     for point in points:
         for rival in RIVALS:

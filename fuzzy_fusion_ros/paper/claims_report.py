@@ -13,7 +13,7 @@ from fuzzy_fusion_ros.text.table import text_table
 WORDS = {True: "holds", False: "FAILS", None: "–"}
 
 
-def findings_table(checked: Sequence[CheckedClaim], of: str, holds: str) -> str:
+def claims_table(checked: Sequence[CheckedClaim], of: str, holds: str) -> str:
     """Return a table of claims: each with its verdict, then how its value is defined.
 
     Args:
@@ -42,8 +42,8 @@ def as_document(
     """Return everything as a document for JSON; NaN and infinities are ``None``."""
     return {
         "runs": [_run(outcome) for outcome in outcomes],
-        "claims": [_finding(claim) for claim in claims],
-        "targets": [_finding(target) for target in targets],
+        "claims": [_claim(claim) for claim in claims],
+        "targets": [_claim(target) for target in targets],
     }
 
 
@@ -59,7 +59,7 @@ def _run(outcome: Outcome) -> dict[str, Any]:
     }
 
 
-def _finding(check: CheckedClaim) -> dict[str, Any]:
+def _claim(check: CheckedClaim) -> dict[str, Any]:
     return {
         **check._asdict(),
         "value": _number(check.value),

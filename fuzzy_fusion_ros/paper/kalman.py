@@ -1,9 +1,8 @@
-"""A Kalman filter that knows the benchmark's plant and sensors: what a model would be worth.
+"""A Kalman filter that knows the benchmark's plant and sensors: what a model is worth.
 
 An extended Kalman filter over angle, angular rate, the lagged angle inside S2, and S1's bias. It
-is told every number of a scenario but the disturbance. It needs the force on the cart and makes
-it itself: the controller is known and acts on this filter's estimates, so the filter keeps its
-own copy of it.
+knows every number of a scenario except the disturbance. The force on the cart it computes itself:
+the controller is known and acts on this filter's estimates, so the filter keeps a copy of it.
 """
 
 from __future__ import annotations
@@ -26,20 +25,20 @@ ANGLE, RATE, LAGGED, BIAS = range(4)
 """Order of the filter's state: rad, rad/s, rad, rad."""
 
 FORCE_NOISE = 0.5
-"""Unknown force on the cart that the filter allows for, standard deviation of a sample, N."""
+"""Standard deviation of the unknown force on the cart at each sample, N."""
 
 RATE_SPREAD = 0.1
 """Standard deviation of the angular rate at the start, rad/s."""
 
 BIAS_SPREAD = 1.0
-"""Standard deviation of S1's bias before its first sample, rad: nothing is known of it."""
+"""Standard deviation of S1's bias before its first sample, rad: it is unknown."""
 
 SMALL = 1e-6
 """Half the step of the difference quotients, in the unit of what is varied."""
 
 
 class Knowledge(NamedTuple):
-    """What the filter is told.
+    """What the filter knows.
 
     Attributes:
         scenario: Plant, sensors, controller and sample time, as plain numbers.
@@ -51,7 +50,7 @@ class Knowledge(NamedTuple):
 
 
 class PlantBelief(NamedTuple):
-    """What the filter keeps.
+    """State of the filter.
 
     Attributes:
         samples: S2 samples taken.
@@ -82,10 +81,10 @@ def no_belief() -> PlantBelief:
 def observe_s2(
     knowledge: Knowledge, belief: PlantBelief, stamp_ns: int, value: float
 ) -> PlantBelief:
-    """Let a sample time pass, then take a sample of S2; the first starts the filter.
+    """Propagate by a sample time, then correct by a sample of S2; the first initialises.
 
     Args:
-        knowledge: What the filter is told.
+        knowledge: What the filter knows.
         belief: The state after the last sample.
         stamp_ns: Stamp of the sample, one sample time after the last.
         value: The sample, rad.
@@ -107,7 +106,7 @@ def observe_s2(
 def update(
     knowledge: Knowledge, belief: PlantBelief, stamp_ns: int, value: float
 ) -> tuple[Estimate, PlantBelief]:
-    """Take a sample of S1, estimate the angle in rad, and control on it as the loop will."""
+    """Correct by a sample of S1, estimate the angle in rad, and control on it as the loop will."""
     variance = knowledge.scenario.s1_sensor.noise**2
     mean, covariance = correct(belief.mean, belief.covariance, row(ANGLE, BIAS), value, variance)
     controller = observe(
@@ -136,9 +135,9 @@ def first_belief(s2: float, variance: float) -> tuple[Reals, Reals]:
 
 
 def predict(knowledge: Knowledge, belief: PlantBelief) -> tuple[Reals, Reals]:
-    """Move mean and covariance over one sample time under the controller's force.
+    """Propagate mean and covariance by one sample time under the controller's force.
 
-    The plant's own step moves the mean; its difference quotients stand for its derivatives.
+    The plant's own step propagates the mean; difference quotients of it are its derivatives.
     """
     scenario = knowledge.scenario
     control = force(scenario.controller, belief.controller)
@@ -173,7 +172,7 @@ def advance(scenario: Scenario, mean: Reals, control: float) -> Reals:
 def correct(
     mean: Reals, covariance: Reals, observed: Reals, value: float, variance: float
 ) -> tuple[Reals, Reals]:
-    """Take a scalar measurement: the Kalman filter's correction.
+    """Correct by a scalar measurement.
 
     Args:
         mean: Before the measurement, shape (4,).
@@ -198,7 +197,7 @@ def row(first: int, second: int) -> Reals:
 
 
 def product(a: Reals, b: Reals) -> Reals:
-    """Return the matrix product, its sums always in one order: compiled or not, the same bits."""
+    """Return the matrix product with its sums in a fixed order: the same bits compiled or not."""
     out = np.zeros((a.shape[0], b.shape[1]))
     for i in range(a.shape[0]):
         for j in range(b.shape[1]):

@@ -1,4 +1,4 @@
-"""The methods that the benchmark compares: the paper's, and two that use a model (method § 6)."""
+"""The methods that the benchmark compares: the paper's and two others (method § 6)."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ METHODS = (
     "complementary",
     "kalman",
 )
-"""Names of the methods, in the order of the paper's figures, then what it is compared with."""
+"""Names of the methods, in the order of the paper's figures, then the others."""
 
 
 class Contender(NamedTuple):
@@ -51,7 +51,7 @@ class Contender(NamedTuple):
 def contenders(parameters: Parameters) -> tuple[Contender, ...]:
     """Return all methods, in the order of ``METHODS``.
 
-    Nothing in them changes over the sweeps: the linear filters know the nominal scenario.
+    They are the same at every point of the sweeps: the linear filters know the nominal scenario.
 
     Args:
         parameters: Of the fusion; each method switches drift and predictor as its name says.
@@ -79,6 +79,6 @@ def contenders(parameters: Parameters) -> tuple[Contender, ...]:
 
 
 def warm_up(contender: Contender) -> None:
-    """Compile what a method needs, so that threads need not wait for one another."""
+    """Compile a method in this thread, so that others do not wait for one another."""
     shortest = replace(Scenario(), {"duration": Scenario().sample_time})
     simulate(contender.method, shortest, np.random.default_rng(0))

@@ -1,4 +1,4 @@
-"""The outcomes of the sweeps as a table over seeds, and intervals of what is read from it."""
+"""Outcomes of the sweeps by method and point, and confidence intervals over the seeds."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ CONFIDENCE = 0.95
 
 
 class Interval(NamedTuple):
-    """A mean and the interval that holds the true one with 95 % confidence."""
+    """A mean and its 95 % confidence interval."""
 
     mean: float
     low: float

@@ -32,13 +32,13 @@ SWEEPS: Mapping[str, tuple[float, ...]] = MappingProxyType(
 """What is swept, each around the nominal point: s, rad, rad."""
 
 SETTLED = 5.0
-"""From here on a run has settled, seconds: the ideal loop's transient is long over."""
+"""From this time on a run has settled, seconds: the ideal loop's transient is long over."""
 
 AFTERMATH = 0.4
-"""So long after the disturbance S2 and the loop still answer it, seconds: twice S2's lag."""
+"""S2 and the loop respond to the disturbance for this long, seconds: twice S2's lag."""
 
 LAST = 10.0
-"""Length of a run's end, or of what came before a fall, that shows oscillation, seconds."""
+"""Oscillation is judged over this last part of a run, or before a fall, seconds."""
 
 
 class Point(NamedTuple):
@@ -50,7 +50,7 @@ class Point(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What one run came to.
+    """Outcome of one run.
 
     Attributes:
         method: Name of the method.
@@ -125,7 +125,7 @@ def points_of(sweeps: Iterable[str]) -> tuple[Point, ...]:
 
 
 def simulate_at(contender: Contender, point: Point, seed: int) -> Run:
-    """Run one method at one point; runs of one seed meet the same noise."""
+    """Run one method at one point; runs with the same seed have the same noise."""
     scenario = contender.with_its_sensors(scenario_at(point))
     return simulate(contender.method, scenario, np.random.default_rng(seed))
 
@@ -133,7 +133,7 @@ def simulate_at(contender: Contender, point: Point, seed: int) -> Run:
 def sweep(
     contenders: Sequence[Contender], points: Sequence[Point], seeds: Sequence[int], jobs: int
 ) -> Iterator[Outcome]:
-    """Run every method at every point with every seed, and yield what each came to.
+    """Run every method at every point with every seed, and yield the outcomes.
 
     The order and the outcomes do not depend on ``jobs``.
 
@@ -156,7 +156,7 @@ def _outcome(contender: Contender, point: Point, seed: int) -> Outcome:
 
 
 def outcome_of(method: str, point: Point, seed: int, run: Run) -> Outcome:
-    """Return what a run came to."""
+    """Return the outcome of a run."""
     scenario = scenario_at(point)
     push = scenario.disturbance
     t = elapsed(run)
@@ -190,7 +190,7 @@ def elapsed(run: Run) -> Reals:
 
 
 def _between(t: Reals, start: float, end: float) -> Flags:
-    """Mark the samples of a half-open span; one on its edge belongs to it, despite rounding."""
+    """Mark the samples of a half-open span; rounding does not move one across its edge."""
     tiny = 1e-9
     return (t >= start - tiny) & (t < end - tiny)
 

@@ -35,7 +35,7 @@ INSIDE = {12: "aggregator", 13: "aggregator", 14: "aggregator", 15: "aggregator"
 
 
 class SweepFigure(NamedTuple):
-    """What a figure shows: a quantity of the outcomes over what is swept."""
+    """A figure of a sweep: a quantity of the outcomes over what is swept."""
 
     swept: str
     quantity: str
@@ -70,13 +70,13 @@ def table_of(figure: int, runs: Mapping[str, Run], results: Results) -> Table:
 
 
 def response_table(run: Run, ideal: Run) -> Table:
-    """Return the angle over time, with that of the ideal sensor beside it if it is another."""
+    """Return the angle over time, and beside it the angle with the ideal sensor, if another."""
     beside = {} if run is ideal else {"ideal_rad": ideal.truth}
     return {"time_s": elapsed(run), "angle_rad": run.truth, **beside}
 
 
 def inside_table(figure: int, run: Run) -> Table:
-    """Return a run's signals over time; they end where it fell."""
+    """Return the signals of a run over time, up to a fall."""
     alive = slice(run.survived)
     trace = run.trace
     s1, s2, weight = run.s1[alive], run.s2[alive], trace.weight[alive]
@@ -116,7 +116,7 @@ def sweep_table(results: Results, figure: SweepFigure) -> Table:
 
 
 def write_csv(table: Table, path: Path) -> None:
-    """Write a table; numbers keep all their digits, NaN is an empty field.
+    """Write a table; numbers have all their digits, NaN is an empty field.
 
     Raises:
         FusionError: The file cannot be written.

@@ -1,6 +1,6 @@
-"""What our defaults are to reach beyond the paper's claims, whether they do or not.
+"""Targets of our own for the defaults, beyond the paper's claims.
 
-A target is met if the mean over the seeds is; the interval is shown beside it.
+A target is met if the mean over the seeds meets it; the interval is shown beside it.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from fuzzy_fusion_ros.paper.results import Results
 from fuzzy_fusion_ros.paper.sweep import NOMINAL, Point, sweep_points
 
 OTHERS = ("s1", "s2", "average", "complementary")
-"""What a user without a model would take."""
+"""What a user without a model would use."""
 
 AHEAD_OF_KALMAN = (
     NOMINAL._replace(tau2=0.05),
     NOMINAL._replace(tau2=0.10),
     NOMINAL._replace(bias1=0.0),
 )
-"""Where fusion is to be ahead even of a filter that knows the nominal plant and sensors."""
+"""Where fusion should be ahead even of a filter that knows the nominal plant and sensors."""
 
 
 def targets(results: Results, figures: Sequence[int]) -> list[CheckedClaim]:
     """Return the targets about the given figures, in the order of the figures.
 
     Args:
-        results: Runs of all methods; a sweep that is not whole is passed over.
+        results: Runs of all methods; an incomplete sweep is ignored.
         figures: Numbers of figures.
     """
     found = _at_nominal(results) if NOMINAL in results.points else []

@@ -1,1 +1,1 @@
-"""How good an estimate is: metrics, reports, and the paper's claims over the benchmark."""
+"""How good an estimate is: metrics against a truth, their table, and regressions of them."""

@@ -1,4 +1,4 @@
-"""The benchmark: an inverted pendulum that is balanced on an estimate of its angle, method § 6.
+"""The benchmark: an inverted pendulum, balanced on an estimate of its angle (method § 6).
 
-Pure functions over named tuples, like ``core``; randomness comes in as an argument.
+Pure functions over named tuples, like ``core``; the source of randomness is an argument.
 """

@@ -1,7 +1,7 @@
 """The closed loop: plant, sensors, an estimate, the controller (method § 6).
 
-``sense`` and ``act`` are the two halves of a sample, between which the estimate is made: by a
-node far away, or by a method right here in :func:`simulate`.
+``sense`` and ``act`` are the two halves of a sample. The estimate is made between them: by a node,
+or by a method in :func:`simulate`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Loop(NamedTuple):
         plant: The pendulum.
         lagged: The angle that S2 has reached, rad.
         controller: The controller.
-        fallen: Whether the pendulum has fallen; then nothing moves any more.
+        fallen: Whether the pendulum has fallen; the run then ends.
     """
 
     k: int
@@ -47,14 +47,14 @@ class Reading(NamedTuple):
 
 
 class Run(NamedTuple):
-    """A whole run; arrays of shape (n,), cut off where the pendulum fell.
+    """A whole run; arrays of shape (n,), zero after a fall unless stated otherwise.
 
     Attributes:
         stamps_ns: Stamps, nanoseconds.
         truth: Angle, rad; of the full length, pi/2 after a fall.
         s1: Readings of S1, rad.
         s2: Readings of S2, rad.
-        control: Force on the cart, disturbance left out, N.
+        control: Force on the cart without the disturbance, N.
         trace: The estimate and its explanation.
         survived: Samples until the fall, n if there was none.
     """
@@ -89,7 +89,7 @@ def sense(scenario: Scenario, loop: Loop, s1_noise: float, s2_noise: float) -> R
 
 
 def act(scenario: Scenario, loop: Loop, estimate: float) -> tuple[float, Loop]:
-    """Control on an estimate in rad, then let a sample time pass.
+    """Control on an estimate in rad, then advance by a sample time.
 
     Returns:
         The controller's force in N, and the loop at the next sample.
@@ -110,7 +110,7 @@ def act(scenario: Scenario, loop: Loop, estimate: float) -> tuple[float, Loop]:
 def disturbance_at(scenario: Scenario, k: int) -> float:
     """Return the disturbing force on the cart at sample ``k``, N."""
     t = k * scenario.sample_time
-    tiny = 1e-9  # a sample on the edge belongs to it, whatever the rounding of k dt
+    tiny = 1e-9  # rounding of k dt must not move a sample across an edge
     if scenario.disturbance.start - tiny <= t < scenario.disturbance.end - tiny:
         return scenario.disturbance.force
     return 0.0

@@ -9,7 +9,7 @@ from fuzzy_fusion_ros.simulation.scenario import ControllerParameters
 
 
 class Controller(NamedTuple):
-    """What the controller keeps: the last estimate in rad and its filtered derivative in rad/s."""
+    """State of the controller: the last estimate in rad and its filtered derivative in rad/s."""
 
     started: bool
     estimate: float
@@ -24,7 +24,7 @@ def at_rest() -> Controller:
 def observe(
     parameters: ControllerParameters, state: Controller, estimate: float, dt: float
 ) -> Controller:
-    """Take an estimate; its backward difference is 0 at the first."""
+    """Take in an estimate; at the first one the derivative is 0."""
     difference = (estimate - state.estimate) / dt if state.started else 0.0
     gain = lag_gain(dt, parameters.derivative_time_constant)
     return Controller(

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from fuzzy_fusion_ros.simulation.scenario import PlantParameters
 
 FALLEN = math.pi / 2
-"""From this angle on the pendulum has fallen, rad."""
+"""At this angle the pendulum has fallen, rad."""
 
 
 class Pendulum(NamedTuple):

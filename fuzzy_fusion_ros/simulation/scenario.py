@@ -63,7 +63,7 @@ class DisturbanceParameters(Group):
 
     start: float = real(25.0, "start of the push", unit="s")
     end: float = real(25.1, "end of the push", unit="s")
-    force: float = real(-5.0, "force added on the cart meanwhile", unit="N", low=-1e3, high=1e3)
+    force: float = real(-5.0, "force added to the cart by the push", unit="N", low=-1e3, high=1e3)
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Scenario(Group):
 
 
 def samples_in(scenario: Scenario) -> int:
-    """Return how many samples a run has: t = 0 is the first, the duration is not reached."""
+    """Return the number of samples of a run: from t = 0, the duration excluded."""
     return math.ceil(scenario.duration / scenario.sample_time - 1e-9)
 
 

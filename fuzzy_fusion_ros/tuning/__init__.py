@@ -1,8 +1,8 @@
-"""Fitting to a recording: what the sensors are like, what to fit to, and how far to trust it.
+"""Fitting parameters to a recording.
 
 Read in the order of ``tune``: ``characterise`` the sensors, take the truth or make a
-``reference``, cross_validate the ``ladder`` of settings with ``fit`` and ``search``, and fit the
-``baselines`` alike.
+``reference``, fit every one of the ``candidates`` (``fit``, ``space``, ``search``), choose one by
+cross-validation (``model_selection``), and fit the ``baselines`` by the same optimiser.
 """
 
 from fuzzy_fusion_ros.tuning.baselines import fit_baselines

@@ -1,4 +1,4 @@
-"""The baselines, fitted by the same optimiser to the same target as ours."""
+"""Fits the baselines by the same optimiser, to the same target, as the fusion."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from fuzzy_fusion_ros.tuning.search import Minimum, Pool, Progress, Search
 from fuzzy_fusion_ros.tuning.space import Axis, Space
 
 STARTS = MappingProxyType({0: (0.0,), 1: (0.0,), 2: (0.0, 0.15, -0.15), 3: (0.0, 0.15, -0.15)})
-"""How far from the derived parameters the fits start, in units of the cube, by parameters moved."""
+"""Starts of the fits, as distances from the derived parameters, by number of parameters moved."""
 
 EVALUATIONS = MappingProxyType({0: 1, 1: 120, 2: 160, 3: 300})
-"""Evaluations of each of them, by the number of parameters moved."""
+"""Evaluations from each start, by number of parameters moved."""
 
 _SPREAD = 0.15
 
 _LOWEST = 1e-12
-"""A logarithmic axis must not begin at 0."""
+"""Lowest value of a logarithmic axis."""
 
 
 class FittedBaselines(NamedTuple):
@@ -33,11 +33,11 @@ class FittedBaselines(NamedTuple):
 
     Attributes:
         parameters: Of all of them.
-        fitted: Root mean square error of each by its name, unit of the signal.
+        errors: Root mean square error of each by its name, unit of the signal.
     """
 
     parameters: BaselineParameters
-    fitted: Mapping[str, float]
+    errors: Mapping[str, float]
 
 
 class _Attempt(NamedTuple):
@@ -45,10 +45,10 @@ class _Attempt(NamedTuple):
 
     Attributes:
         name: The baseline.
-        parameters: Of all baselines, with its switches set.
+        parameters: Of all baselines, with the switches of this one set.
         space: What is moved.
-        shift: How far from the derived parameters it starts.
-        number: Its place among the attempts, for the seed.
+        shift: Distance of the start from the derived parameters, along every axis.
+        number: Its index among the attempts, for the seed.
     """
 
     name: str
@@ -70,15 +70,15 @@ def fit_baselines(
     threads: int | None = None,
     progress: Progress = lambda done, of: None,
 ) -> FittedBaselines:
-    """Fit every baseline to a target, begun where :func:`baselines_for` derives it.
+    """Fit every baseline to a target, starting from what :func:`baselines_for` derives.
 
     Args:
         series: The recording.
         target: The truth, or a reference in its place, at each S1 sample, shape (n,).
-        counted: Where it counts, shape (n,); nowhere before S2 has spoken.
+        counted: Where it counts, shape (n,); nowhere before the first sample of S2.
         seed: Seed of the optimiser.
-        threads: How many fits run at a time; one for each processor unless given.
-        progress: Told how far it is.
+        threads: How many searches run at a time; one for each processor unless given.
+        progress: Called after every evaluation.
     """
     warm_up(series)
     with Pool(threads, progress, planned()) as pool:
@@ -86,7 +86,7 @@ def fit_baselines(
 
 
 def planned() -> int:
-    """Return how many evaluations the fits take at most."""
+    """Return the largest number of evaluations of all fits together."""
     return sum(EVALUATIONS[len(each.space.axes)] for each in _attempts(BaselineParameters()))
 
 
@@ -102,7 +102,7 @@ def warm_up(series: Series) -> None:
 def fit_baselines_in(
     pool: Pool, series: Series, target: Reals, counted: Flags, seed: int
 ) -> FittedBaselines:
-    """Fit every baseline in threads that are there already; as :func:`fit_baselines`."""
+    """Fit every baseline in an existing pool; otherwise as :func:`fit_baselines`."""
     derived = baselines_for(series)
     attempts = list(_attempts(derived))
 
@@ -139,7 +139,7 @@ def fit_baselines_in(
 
 
 def _attempts(derived: BaselineParameters) -> Iterator[_Attempt]:
-    """Yield the starts for every baseline, with every combination of its switches."""
+    """Yield all attempts: every start of every baseline, for every combination of its switches."""
     number = 0
     for name, baseline in BASELINES.items():
         for states in itertools.product((False, True), repeat=len(baseline.switches)):

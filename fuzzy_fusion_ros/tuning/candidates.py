@@ -1,7 +1,8 @@
-"""The settings of the ladder, the preferred first: which parameters each moves, and from where.
+"""The structures that ``tune`` chooses from, in order of preference: what a fit of each moves.
 
-Either sensor alone comes first. The rules on a bare S1 come last, though they are simpler than
-the settings before: these also follow a drift of S1 that the recording does not show.
+Either sensor alone comes first. The rules on an unconditioned S1 come last although they are
+simpler than the two candidates before them, because those also follow a drift of S1 that the
+recording happens not to show.
 """
 
 from __future__ import annotations
@@ -27,34 +28,34 @@ EVALUATIONS = MappingProxyType(
         "full": Evaluations(360, 1200, 300),
     }
 )
-"""What a fit of each setting may take, up to ``LONG`` samples of S1."""
+"""Evaluations that a fit of each candidate may take, up to ``LONG`` samples of S1."""
 
 LONG = 40_000
-"""With more samples evaluations are fewer in proportion, so that a fit takes no longer."""
+"""With more samples there are fewer evaluations in proportion, so that a fit takes no longer."""
 
 FEWEST = 0.25
-"""But not fewer than this share of them, however long a recording is."""
+"""But at least this share of them, however long the recording."""
 
 LOST_AFTER = 3.0
-"""S2 counts as lost after so many of its intervals without a sample."""
+"""S2 counts as lost after this many of its intervals without a sample."""
 
 
 class Candidate(NamedTuple):
-    """A setting on the model_selection.
+    """A structure of the fusion that may be chosen.
 
     Attributes:
         name: Its name.
         text: What it does.
-        setting: What a fit of it moves.
+        spec: What a fit of it moves.
     """
 
     name: str
     text: str
-    setting: FitSpec
+    spec: FitSpec
 
 
 def candidates_for(sensors: Characteristics) -> list[Candidate]:
-    """Return the ladder for sensors of this kind."""
+    """Return the candidates for such sensors, the preferred first."""
     lost = LOST_AFTER * sensors.s2_interval
     patient = max(lost, 2.0 * sensors.s2_gap)
     return [
@@ -67,14 +68,14 @@ def candidates_for(sensors: Characteristics) -> list[Candidate]:
 
 
 def _alone(weight: float, timeout: float) -> FitSpec:
-    space = Space((), {**_weights(*[weight] * 4), **_OFF, "s2.timeout": timeout})
+    space = Space((), {**_weights(*[weight] * 4), **_NO_CONDITIONING, "s2.timeout": timeout})
     return FitSpec(space, ({},), {}, 0.0, Evaluations(1, 1, 1))
 
 
 def _aggregator(sensors: Characteristics, lost: float) -> FitSpec:
-    space = Space(aggregator_axes(sensors), {**_OFF, "s2.timeout": lost})
+    space = Space(aggregator_axes(sensors), {**_NO_CONDITIONING, "s2.timeout": lost})
     starts = (_weights(0.9, 0.9, 0.98, 0.98), _weights(0.02, 0.05, 0.3, 0.7))
-    return FitSpec(space, starts, _EASY, 0.01, _evaluations("aggregator", sensors))
+    return FitSpec(space, starts, _PLAIN_RULES, 0.01, _evaluations("aggregator", sensors))
 
 
 def _conditioned(sensors: Characteristics, lost: float) -> FitSpec:
@@ -83,7 +84,7 @@ def _conditioned(sensors: Characteristics, lost: float) -> FitSpec:
         filter_axes(sensors),
         {
             **_weights(1.0, 1.0, 1.0, 1.0),
-            **_OFF,
+            **_NO_CONDITIONING,
             "s1.bias_moving_share": 1.0,
             "s2.timeout": lost,
         },
@@ -104,12 +105,12 @@ def _conditioned(sensors: Characteristics, lost: float) -> FitSpec:
 def _full(sensors: Characteristics, lost: float) -> FitSpec:
     space = Space(
         [*aggregator_axes(sensors), *filter_axes(sensors), *learning_axes(sensors)],
-        {**_OFF, "s2.timeout": lost},
+        {**_NO_CONDITIONING, "s2.timeout": lost},
     )
     home = {
-        **_EASY,
+        **_PLAIN_RULES,
         **_weights(1.0, 0.9, 1.0, 1.0),
-        **_STILL,
+        **_NO_SLOPES,
         "s1.lowpass_time_constant": 0.0,
         "s1.bias_moving_share": 0.1,
     }
@@ -121,8 +122,8 @@ def _full_starts(sensors: Characteristics) -> list[dict[str, float]]:
     on, all_s1 = _weights(0.9, 0.9, 0.98, 0.98), _weights(1.0, 1.0, 1.0, 1.0)
     bias, share, drift = "s1.bias_time_constant", "s1.bias_moving_share", "s1.drift_time_constant"
     return [
-        {**on, **_STILL, share: 0.1, bias: 10.0 * interval},
-        {**all_s1, **_STILL, share: 0.9, bias: 0.3 * interval},
+        {**on, **_NO_SLOPES, share: 0.1, bias: 10.0 * interval},
+        {**all_s1, **_NO_SLOPES, share: 0.9, bias: 0.3 * interval},
         {
             **all_s1,
             share: 0.9,
@@ -131,10 +132,10 @@ def _full_starts(sensors: Characteristics) -> list[dict[str, float]]:
             drift: 10.0,
             bias: 30.0 * interval,
         },
-        {**all_s1, **_STILL, share: 0.5, bias: 5.0 * interval, drift: 2.0},
+        {**all_s1, **_NO_SLOPES, share: 0.5, bias: 5.0 * interval, drift: 2.0},
         {
             **all_s1,
-            **_STILL,
+            **_NO_SLOPES,
             share: 0.3,
             "aggregator.rate.large": 0.2 * rate,
             "aggregator.rate_time_constant": 2.0 * interval,
@@ -143,7 +144,7 @@ def _full_starts(sensors: Characteristics) -> list[dict[str, float]]:
         },
         {
             **on,
-            **_STILL,
+            **_NO_SLOPES,
             share: 0.05,
             "aggregator.rate.large": 0.1 * rate,
             "aggregator.rate_time_constant": interval,
@@ -163,17 +164,17 @@ def _weights(*levels: float) -> dict[str, float]:
     return {f"aggregator.weight.{each}": level for each, level in zip(WEIGHTS, levels, strict=True)}
 
 
-_STILL = {"s1.trend_time_constant": NEVER, "s1.drift_time_constant": NEVER}
-"""Neither low-pass nor bias has a slope."""
+_NO_SLOPES = {"s1.trend_time_constant": NEVER, "s1.drift_time_constant": NEVER}
+"""Neither the low-pass nor the bias has a slope."""
 
-_EASY = {
+_PLAIN_RULES = {
     "aggregator.drift.large": 0.0,
     "aggregator.difference.small": 0.0,
     "aggregator.rate.small": 0.0,
 }
-"""Rules without drift whose sets begin at 0."""
+"""Rules without drift whose ramps begin at 0."""
 
-_OFF = {
+_NO_CONDITIONING = {
     "aggregator.drift.small": 0.0,
     "aggregator.drift.large": 0.0,
     "s1.spike_threshold": 0.0,
@@ -185,4 +186,4 @@ _OFF = {
     "s2.lag_time_constant": 0.0,
     "s2.delay": 0.0,
 }
-"""S1 as it comes, and no drift."""
+"""No conditioning of S1, and no drift."""

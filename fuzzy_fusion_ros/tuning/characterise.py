@@ -1,4 +1,4 @@
-"""What the sensors of a recording are like: rates, noise, spikes, lag, bias."""
+"""What the sensors of a recording are like: rates, noise, spikes, lag and bias."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from fuzzy_fusion_ros.tuning.errors import TuneError
 
 FEWEST_S1 = 50
 FEWEST_S2 = 10
-"""With fewer samples there is nothing to see."""
+"""With fewer samples there is nothing to characterise."""
 
 TINY = 1e-12
 
@@ -33,13 +33,13 @@ class Characteristics(NamedTuple):
         s2_gap: Longest time between samples of S2, s.
         s1_noise: Standard deviation of S1's white noise, unit of the signal.
         spike_share: Share of S1's samples that are spikes.
-        spike_scale: Usual distance of a sample from the median around it, unit of the signal.
+        spike_scale: Typical distance of a sample from the median around it, unit of the signal.
         lag: Delay and time constant of S2 against S1.
-        chance: Correlation through a lag that unrelated sensors would reach by chance; 0 where
-            that of these is beyond doubt.
-        bias: Mean of what S2 would read if S1 were right less what it reads, unit of the signal.
-        drift: Slope of that over the recording, unit of the signal per second.
-        wander: What is left of it about that line, standard deviation, unit of the signal.
+        chance: Correlation that unrelated sensors would reach by chance; 0 where that of these
+            is beyond doubt.
+        bias: Mean of S1, seen through the lag, minus S2, unit of the signal.
+        drift: Slope of that difference over the recording, unit of the signal per second.
+        wander: Standard deviation of that difference about its line, unit of the signal.
         difference: Median of ``|S1 - S2|``, unit of the signal.
         rate: Root mean square of dS2/dt, unit of the signal per second.
     """
@@ -66,12 +66,12 @@ class Characteristics(NamedTuple):
 
     @property
     def related(self) -> bool:
-        """Whether S1 and S2 have more in common than chance gives."""
+        """Whether S1 and S2 correlate more than chance explains."""
         return self.lag.correlation > self.chance
 
 
 def characterise(series: Series) -> Characteristics:
-    """Tell what the sensors of a recording are like.
+    """Return what the sensors of a recording are like.
 
     Raises:
         TuneError: There are too few samples, or no two samples of S2 differ.
@@ -107,10 +107,10 @@ def characterise(series: Series) -> Characteristics:
 
 
 def require_enough(series: Series) -> None:
-    """Check that there is something to fit to.
+    """Check that the recording is long enough and that S2 moves.
 
     Raises:
-        TuneError: There are too few samples, S2 does not move, or all of it comes after S1.
+        TuneError: There are too few samples, S2 is constant, or S1 ends before S2 starts.
     """
     for name, size, fewest in (
         ("S1", series.s1.size, FEWEST_S1),
@@ -118,14 +118,15 @@ def require_enough(series: Series) -> None:
     ):
         if size < fewest:
             raise TuneError(
-                f"got {size} samples of {name}, expected {fewest} at least: take a longer span"
+                f"got {size} samples of {name}, expected at least {fewest}: use a longer span"
             )
     if np.ptp(series.s2) == 0.0:
         raise TuneError(
-            f"S2 is {series.s2[0]:g} in all {series.s2.size} samples, expected a signal that moves"
+            f"S2 is {series.s2[0]:g} in all {series.s2.size} samples, expected it to vary: use a "
+            "span in which the signal moves"
         )
     if np.count_nonzero(series.s2_known) < FEWEST_S1:
         raise TuneError(
             f"got {np.count_nonzero(series.s2_known)} samples of S1 after the first of S2, "
-            f"expected {FEWEST_S1} at least: do both cover the span?"
+            f"expected at least {FEWEST_S1}: use a span that both sensors cover"
         )

@@ -1,4 +1,4 @@
-"""Fitting a set of parameters to a target, by a few starts and the two best of them."""
+"""Fitting parameters to a target: a short search from several starts, a long one from the best."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from fuzzy_fusion_ros.tuning.search import Minimum, Pool, Search
 from fuzzy_fusion_ros.tuning.space import Space
 
 FINALISTS = 2
-"""So many of the starts are followed to the end."""
+"""Number of starts from which the search is continued."""
 
 _START_SPREAD = 0.12
 _FINAL_SPREAD = 0.1
@@ -29,7 +29,7 @@ class Problem(NamedTuple):
         series: The recording.
         target: The signal, at each S1 sample, shape (n,).
         counted: Where it counts, shape (n,).
-        base: All parameters that a fit leaves alone.
+        base: Parameters; a fit changes only those in its space.
     """
 
     series: Series
@@ -38,18 +38,18 @@ class Problem(NamedTuple):
     base: Parameters
 
     def misfit(self, parameters: Parameters, counted: Flags | None = None) -> float:
-        """Return the root mean square error of the estimator, without predictor.
+        """Return the root mean square error of the estimator without its predictor.
 
         Args:
-            parameters: What it runs with.
-            counted: Where errors count; where the problem says unless given.
+            parameters: Of the estimator.
+            counted: Where errors count; as in the problem unless given.
         """
         where = self.counted if counted is None else counted
         return root_mean_square(outputs(parameters, self.series).value[where] - self.target[where])
 
 
 class Evaluations(NamedTuple):
-    """How often the optimiser may ask for the misfit.
+    """How often the optimiser may evaluate the misfit.
 
     Attributes:
         start: From each start.
@@ -63,14 +63,14 @@ class Evaluations(NamedTuple):
 
 
 class FitSpec(NamedTuple):
-    """A structure to fit: what may move, from where, and where to when in doubt.
+    """What a fit moves, where it starts, and where parameters go that make no difference.
 
     Attributes:
         space: What moves.
-        starts: Values to start from, by dotted name, shares as shares.
-        home: Values to which parameters are drawn that make no difference.
-        pull: How much a unit of squared distance from home costs, as a share of the misfit.
-        evaluations: What a fit of it may take.
+        starts: Values to start from, by dotted name; shares as shares.
+        home: Values towards which parameters are drawn.
+        pull: Cost of a unit of squared distance from home, as a share of the misfit.
+        evaluations: How many evaluations a fit may take.
     """
 
     space: Space
@@ -81,61 +81,61 @@ class FitSpec(NamedTuple):
 
     @property
     def planned(self) -> int:
-        """Evaluations that a fit takes at most."""
+        """Largest number of evaluations of a fit."""
         starts, finalists = len(self.starts), min(FINALISTS, len(self.starts))
         return starts * self.evaluations.start + finalists * self.evaluations.finalist
 
 
 def cost_of(
-    problem: Problem, setting: FitSpec, counted: Flags | None = None
+    problem: Problem, spec: FitSpec, counted: Flags | None = None
 ) -> Callable[[Reals], float]:
-    """Return what a fit makes small: the misfit, more the further from home it is.
+    """Return what a fit minimises: the misfit, increased with the distance from home.
 
     Args:
         problem: What is fitted.
-        setting: How.
-        counted: Where errors count; where the problem says unless given.
+        spec: How.
+        counted: Where errors count; as in the problem unless given.
     """
-    home = setting.space.point(setting.home)
+    home = spec.space.point(spec.home)
 
     def cost(point: Reals) -> float:
-        parameters = replace(problem.base, setting.space.values(point))
+        parameters = replace(problem.base, spec.space.values(point))
         away = float(np.sum(np.square(point - home)))
-        return problem.misfit(parameters, counted) * (1.0 + setting.pull * away)
+        return problem.misfit(parameters, counted) * (1.0 + spec.pull * away)
 
     return cost
 
 
 def fits(
-    problem: Problem, settings: Sequence[FitSpec], pool: Pool, seed: Sequence[int]
+    problem: Problem, specs: Sequence[FitSpec], pool: Pool, seed: Sequence[int]
 ) -> list[Minimum]:
-    """Fit several settings side by side; the best of each.
+    """Run several fits in parallel and return the best result of each.
 
     Args:
         problem: What is fitted.
-        settings: How.
-        pool: Where it runs.
-        seed: Seed of all of it.
+        specs: How.
+        pool: Where the fits run.
+        seed: Seed of all of them.
     """
-    costs = [cost_of(problem, each) for each in settings]
+    costs = [cost_of(problem, each) for each in specs]
     first = [
         Search(
             costs[k],
-            np.clip(setting.space.point(start), 0.02, 0.98),
+            np.clip(spec.space.point(start), 0.02, 0.98),
             _START_SPREAD,
-            setting.evaluations.start,
+            spec.evaluations.start,
             (*seed, 0, k, number),
         )
-        for k, setting in enumerate(settings)
-        for number, start in enumerate(setting.starts)
+        for k, spec in enumerate(specs)
+        for number, start in enumerate(spec.starts)
     ]
     answers = iter(pool.run(first))
-    begun = [[next(answers) for _ in setting.starts] for setting in settings]
+    begun = [[next(answers) for _ in spec.starts] for spec in specs]
     second = [
         Search(
-            costs[k], each.point, _FINAL_SPREAD, setting.evaluations.finalist, (*seed, 1, k, number)
+            costs[k], each.point, _FINAL_SPREAD, spec.evaluations.finalist, (*seed, 1, k, number)
         )
-        for k, setting in enumerate(settings)
+        for k, spec in enumerate(specs)
         for number, each in enumerate(sorted(begun[k], key=_cost)[:FINALISTS])
     ]
     answers = iter(pool.run(second))

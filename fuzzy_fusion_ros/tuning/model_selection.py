@@ -1,11 +1,13 @@
-"""The guard against over-fitting: a ladder of settings, judged on unseen blocks.
+"""Cross-validation of the candidates, as a guard against over-fitting.
 
-The first setting wins that is within a few per cent of the best on blocks of the recording
-that it was not fitted to. Either sensor alone is on the ladder, so what wins is no worse.
+Chosen is the first candidate whose error is within a few per cent of the least, on blocks of the
+recording that it was not fitted to. Either sensor alone is a candidate, so the choice is no worse
+than both.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,24 +21,24 @@ from fuzzy_fusion_ros.tuning.fit import FitSpec, Problem, cost_of, fits
 from fuzzy_fusion_ros.tuning.search import Minimum, Pool, Search
 
 BLOCKS = 4
-"""Parts of the recording, each of which is left out of a fit once."""
+"""Parts of the recording, each of which is left out of one fit."""
 
 CLOSE_TO_BEST = 1.03
-"""A preferred setting may be this much worse on unseen blocks and still wins."""
+"""A preferred candidate is chosen if its error on unseen blocks is within this of the least."""
 
 _REFIT_SPREAD = 0.1
 
 
 class FittedCandidate(NamedTuple):
-    """A setting of the ladder, fitted and judged.
+    """A candidate, fitted and cross-validated; errors are root mean squares in the signal's unit.
 
     Attributes:
         name: Its name.
         text: What it does.
         parameters: The fusion's parameters, fitted to the whole recording.
-        fitted: Root mean square error there, unit of the signal.
-        unseen: The same over blocks, each with a fit to the others.
-        unseen_blocks: The same in each block; NaN where nothing counts.
+        fitted: Error of these over the whole recording.
+        unseen: Error over all blocks, in each with a fit to the others.
+        unseen_blocks: That error in each block.
     """
 
     name: str
@@ -48,31 +50,31 @@ class FittedCandidate(NamedTuple):
 
 
 def planned(sensors: Characteristics) -> int:
-    """Return how many evaluations climbing takes at most."""
-    settings = [each.setting for each in candidates_for(sensors)]
-    return sum(each.planned + BLOCKS * each.evaluations.part for each in settings)
+    """Return the largest number of evaluations of :func:`cross_validate`."""
+    specs = [each.spec for each in candidates_for(sensors)]
+    return sum(each.planned + BLOCKS * each.evaluations.part for each in specs)
 
 
 def cross_validate(
     problem: Problem, sensors: Characteristics, pool: Pool, seed: int
 ) -> list[FittedCandidate]:
-    """Fit and judge every setting of the ladder, the preferred first.
+    """Fit and cross-validate every candidate; the result is in order of preference.
 
     Args:
         problem: What is fitted.
         sensors: What the sensors are like.
-        pool: Where it runs.
-        seed: Seed of all of it.
+        pool: Where the fits run.
+        seed: Seed of all of them.
     """
     candidates = candidates_for(sensors)
-    best = fits(problem, [each.setting for each in candidates], pool, (seed, 0))
+    best = fits(problem, [each.spec for each in candidates], pool, (seed, 0))
     blocks = blocks_of(problem.counted)
     searches = [
         Search(
-            cost_of(problem, candidate.setting, problem.counted & ~block),
+            cost_of(problem, candidate.spec, problem.counted & ~block),
             fit.point,
             _REFIT_SPREAD,
-            candidate.setting.evaluations.part,
+            candidate.spec.evaluations.part,
             (seed, 1, number, k),
         )
         for number, (candidate, fit) in enumerate(zip(candidates, best, strict=True))
@@ -80,32 +82,32 @@ def cross_validate(
     ]
     answers = iter(pool.run(searches))
     return [
-        _judged(problem, candidate, fit, blocks, [next(answers) for _ in blocks])
+        _validated(problem, candidate, fit, blocks, [next(answers) for _ in blocks])
         for candidate, fit in zip(candidates, best, strict=True)
     ]
 
 
-def chosen(steps: list[FittedCandidate]) -> FittedCandidate:
-    """Return the first setting that is about as good as the best on unseen blocks."""
-    best = min(each.unseen for each in steps)
-    return next(each for each in steps if each.unseen <= CLOSE_TO_BEST * best + TINY)
+def chosen(candidates: Sequence[FittedCandidate]) -> FittedCandidate:
+    """Return the first candidate that is about as good as the best on unseen blocks."""
+    least = min(each.unseen for each in candidates)
+    return next(each for each in candidates if each.unseen <= CLOSE_TO_BEST * least + TINY)
 
 
 def blocks_of(counted: Flags) -> list[Flags]:
-    """Split what counts into blocks with equally many samples each, in order of time."""
+    """Split what counts into consecutive blocks of equally many samples."""
     number = np.cumsum(counted) * BLOCKS // max(int(np.count_nonzero(counted)) + 1, 1)
     return [counted & (number == k) for k in range(BLOCKS)]
 
 
-def _judged(
+def _validated(
     problem: Problem, candidate: Candidate, fit: Minimum, blocks: list[Flags], refits: list[Minimum]
 ) -> FittedCandidate:
     errors = [
-        problem.misfit(_at(problem, candidate.setting, refit.point), block)
+        problem.misfit(_at(problem, candidate.spec, refit.point), block)
         for block, refit in zip(blocks, refits, strict=True)
     ]
     sizes = [np.count_nonzero(block) for block in blocks]
-    parameters = _at(problem, candidate.setting, fit.point)
+    parameters = _at(problem, candidate.spec, fit.point)
     return FittedCandidate(
         candidate.name,
         candidate.text,
@@ -116,5 +118,5 @@ def _judged(
     )
 
 
-def _at(problem: Problem, setting: FitSpec, point: Reals) -> Parameters:
-    return replace(problem.base, setting.space.values(point))
+def _at(problem: Problem, spec: FitSpec, point: Reals) -> Parameters:
+    return replace(problem.base, spec.space.values(point))

@@ -1,7 +1,8 @@
-"""Something to fit to where there is no truth: the recording smoothed with hindsight.
+"""A reference to fit to where there is no truth: the recording smoothed with hindsight.
 
-A filter that may look ahead knows more than any that may not: S1, its noise taken off by octave
-bands without delay, less its bias, which S2 tells through its lag from both sides in time.
+A smoother, which may look ahead, knows more than any filter: S1 without its noise, removed in
+octave bands without delay, and without its bias, which follows from S2 before and after, seen
+through its lag.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from fuzzy_fusion_ros.tuning.characterise import Characteristics
 
 _SMOOTHING_TIMES = 18
 _NEARLY = 1.02
-"""A longer smoothing that predicts S1's bias within 2 % as well as the best is taken."""
+"""The longest smoothing is used that predicts S1's bias within 2 % of the best."""
 
 LONGEST_STEP = 10
 """A step of more than this many median ones is a gap."""
@@ -30,9 +31,9 @@ class _Smoothing(NamedTuple):
     """A way to smooth S1's bias.
 
     Attributes:
-        misfit: Of what it says to what was left out, unit of the signal.
+        misfit: Root mean square error at samples left out, unit of the signal.
         time_constant: Seconds; infinite: the bias is a constant.
-        straight: Whether by lines.
+        straight: Whether local lines are fitted rather than local means.
     """
 
     misfit: float
@@ -45,10 +46,10 @@ class _Smoothing(NamedTuple):
 
 
 def reference_without_truth(series: Series, sensors: Characteristics) -> Reals:
-    """Return the signal as hindsight tells it, at each S1 sample, shape (n,).
+    """Return the signal as reconstructed with hindsight at each S1 sample, shape (n,).
 
-    Where S1 has nothing to do with S2 that is S2 as it comes. Where S1 as it is predicts S2, or
-    less a constant, it has no bias, or a constant one.
+    Where S1 is unrelated to S2 the reference is S2, held. No bias is removed where S1 predicts S2
+    equally well without, and a constant one where that is enough.
 
     Args:
         series: The recording.
@@ -62,13 +63,13 @@ def reference_without_truth(series: Series, sensors: Characteristics) -> Reals:
     error = read_through(sensors.lag, s1_s, clean, s2_s) - series.s2
     smoothing = _best_smoothing(s2_s, error, sensors)
     if root_mean_square(error) <= _NEARLY * smoothing.misfit:
-        return clean  # S1 as it is predicts S2 as well as S1 less any bias
+        return clean
     bias = smoothing.of(s2_s, error)
     return clean - np.interp(s1_s, s2_s - sensors.lag.total, bias)
 
 
 def _best_smoothing(s2_s: Reals, error: Reals, sensors: Characteristics) -> _Smoothing:
-    """Return the longest of the smoothings that predict the bias across a hole well.
+    """Return the longest of the smoothings that predict the bias well where S2 is left out.
 
     A constant is the longest of all.
     """
@@ -99,11 +100,11 @@ def _best_smoothing(s2_s: Reals, error: Reals, sensors: Characteristics) -> _Smo
 
 
 def in_gaps(stamps_ns: Stamps, wanted_ns: Stamps) -> Flags:
-    """Return which stamps fall into a gap of a series, where a line across it tells nothing.
+    """Return which stamps fall into a gap of a series, where interpolation is meaningless.
 
     Args:
         stamps_ns: Stamps of the series, rising, shape (m,), nanoseconds.
-        wanted_ns: The stamps to look at, shape (n,), nanoseconds.
+        wanted_ns: The stamps in question, shape (n,), nanoseconds.
     """
     steps = np.diff(stamps_ns)
     if steps.size == 0:

@@ -1,4 +1,4 @@
-"""What a fit found, in words, as comments of the parameter file, and as JSON."""
+"""Results of tuning: in words, as comments of the parameter file, and as JSON."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def described(sensors: Characteristics, unit: str) -> list[str]:
         unit: Unit of the signal, ``""`` where it is not known.
     """
     u = f" {unit}" if unit else ""
-    per_s = f" {unit}/s" if unit and "/" not in unit else f" ({unit})/s" if unit else " a second"
+    per_s = f" {unit}/s" if unit and "/" not in unit else f" ({unit})/s" if unit else "/s"
     return [
         f"S1: {1.0 / sensors.s1_interval:.3g} Hz, white noise of {sensors.s1_noise:.3g}{u} "
         f"(standard deviation), {_spikes(sensors)}",
@@ -31,34 +31,34 @@ def described(sensors: Characteristics, unit: str) -> list[str]:
         f"it changes by {sensors.rate:.3g}{per_s} (root mean square)",
         f"S2 lags {sensors.lag.total:.2g} s behind S1: a delay of {sensors.lag.delay:.2g} s, "
         f"then a time constant of {sensors.lag.time_constant:.2g} s{_trust(sensors)}",
-        f"S1's bias is {sensors.bias:+.3g}{u} on the average; "
-        f"it drifts by {sensors.drift:+.2g}{per_s} and wanders by {sensors.wander:.3g}{u} about "
-        "that",
+        f"S1's bias is {sensors.bias:+.3g}{u} on average; "
+        f"it drifts by {sensors.drift:+.2g}{per_s}, and scatters about that by "
+        f"{sensors.wander:.3g}{u} (standard deviation)",
         f"S1 and S2 are typically {sensors.difference:.3g}{u} apart",
     ]
 
 
 def candidate_lines(tuned: Tuned, unit: str) -> list[str]:
-    """Return the ladder and the baselines as the lines of a table.
+    """Return the candidates and the baselines as the lines of a table.
 
     Args:
-        tuned: What came out.
+        tuned: The result of tuning.
         unit: Unit of the signal, ``""`` where it is not known.
     """
     against = "truth" if tuned.with_truth else "reference made from both sensors"
     head = f"RMSE{f' in {unit}' if unit else ''} against the {against}:"
-    rows = [("setting", "fitted", "unseen", "")]
+    rows = [("candidate", "fitted", "unseen", "")]
     rows += [
         (
             each.name,
             f"{each.fitted:.4g}",
             f"{each.unseen:.4g}",
-            each.text + (" <- taken" if each.name == tuned.chosen else ""),
+            each.text + (" <- chosen" if each.name == tuned.chosen else ""),
         )
-        for each in tuned.steps
+        for each in tuned.candidates
     ]
     rows += [
-        (name, f"{error:.4g}", "", "baseline, fitted alike")
+        (name, f"{error:.4g}", "", "baseline, fitted to the same target")
         for name, error in tuned.baseline_errors.items()
         if name not in {"s1", "s2"}
     ]
@@ -66,17 +66,17 @@ def candidate_lines(tuned: Tuned, unit: str) -> list[str]:
 
 
 def outcome(tuned: Tuned, unit: str) -> str:
-    """Return in a line what the fit has gained.
+    """Return the gain in one line.
 
     Args:
-        tuned: What came out.
+        tuned: The result of tuning.
         unit: Unit of the signal, ``""`` where it is not known.
     """
     u = f" {unit}" if unit else ""
     return (
         f"RMSE {tuned.before_error:.4g}{u} before, {tuned.error:.4g}{u} after; "
         f"S2 counts as lost after {tuned.parameters.s2.timeout:.3g} s"
-        + ("" if tuned.parameters.predictor.enabled else "; the predictor does not help here")
+        + ("" if tuned.parameters.predictor.enabled else "; the predictor would not help")
     )
 
 
@@ -84,9 +84,9 @@ def comments(tuned: Tuned, unit: str, origin: str) -> Iterator[str]:
     """Yield the lines at the top of the parameter file.
 
     Args:
-        tuned: What came out.
+        tuned: The result of tuning.
         unit: Unit of the signal, ``""`` where it is not known.
-        origin: What was fitted to, in words.
+        origin: The recording and the target, in words.
     """
     yield f"Made by tune from {origin}."
     yield ""
@@ -95,15 +95,15 @@ def comments(tuned: Tuned, unit: str, origin: str) -> Iterator[str]:
     yield from candidate_lines(tuned, unit)
     yield ""
     yield outcome(tuned, unit)
-    yield f"s2.timeout is {LOST_AFTER:g} intervals of S2; then conditioned S1 goes on alone."
-    yield "The entry `baselines` is for score, which reads it from --params."
+    yield f"s2.timeout is {LOST_AFTER:g} intervals of S2; after that, conditioned S1 is used alone."
+    yield "The entry `baselines` is for score --params; nodes ignore it."
 
 
 def as_json(tuned: Tuned, unit: str) -> dict[str, Any]:
-    """Return what ``tune --json`` writes; an unknown unit is null.
+    """Return the document of ``tune --json``; an unknown unit is null.
 
     Args:
-        tuned: What came out.
+        tuned: The result of tuning.
         unit: Unit of the signal, ``""`` where it is not known.
     """
     sensors = tuned.sensors._asdict()
@@ -113,9 +113,9 @@ def as_json(tuned: Tuned, unit: str) -> dict[str, Any]:
         "with_truth": tuned.with_truth,
         "samples": int(np.count_nonzero(tuned.counted)),
         "characteristics": sensors,
-        "ladder": [
-            {"setting": each.name, "fitted_rmse": each.fitted, "unseen_rmse": each.unseen}
-            for each in tuned.steps
+        "candidates": [
+            {"name": each.name, "fitted_rmse": each.fitted, "unseen_rmse": each.unseen}
+            for each in tuned.candidates
         ],
         "chosen": tuned.chosen,
         "rmse_before": tuned.before_error,
@@ -144,11 +144,12 @@ def _trust(sensors: Characteristics) -> str:
     correlation = sensors.lag.correlation
     if not sensors.related:
         return (
-            f"; that means nothing: S1 and S2 have no more in common than chance gives "
+            f"; this is meaningless: S1 and S2 have no more in common than unrelated signals "
             f"(correlation {correlation:.2f})"
         )
     if correlation < TRUSTED:
         return (
-            f"; a guess: seen through it, S1 explains little of S2 (correlation {correlation:.2f})"
+            f"; this is a guess: seen through it, S1 explains little of S2 "
+            f"(correlation {correlation:.2f})"
         )
-    return f" (correlation of both, seen through it: {correlation:.2f})"
+    return f" (seen through it, S1 and S2 correlate by {correlation:.2f})"

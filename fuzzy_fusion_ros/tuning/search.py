@@ -1,7 +1,7 @@
-"""The optimiser: scipy's differential evolution, begun around a point, many runs at a time.
+"""The optimiser: scipy's differential evolution, started around a point, many runs in parallel.
 
-Each run has its own seed and all are answered in order, so results do not depend on how many
-threads there are.
+Each run has its own seed and results are returned in order, so they do not depend on the number of
+threads.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ import numpy as np
 from fuzzy_fusion_ros.batch.arrays import Reals
 
 MEMBERS = 20
-"""Points that differential evolution keeps."""
+"""Population of the differential evolution."""
 
 CONVERGED = 1e-4
-"""It ends when costs of all of them are the same but for this share."""
+"""A run ends when the costs of its population differ by less than this share."""
 
 Progress = Callable[[int, int], None]
-"""Takes how many evaluations are done, and of how many."""
+"""Called with the number of evaluations done and the number planned."""
 
 
 class Search(NamedTuple):
     """One run of the optimiser.
 
     Attributes:
-        cost: What to make small, over points of the unit cube.
-        start: Where to begin, shape (d,).
-        spread: Standard deviation of the first points around it, in units of the cube.
-        evaluations: How often ``cost`` may be asked.
+        cost: What to minimise, over points of the unit cube.
+        start: Where to start, shape (d,).
+        spread: Standard deviation of the first population about it.
+        evaluations: How often ``cost`` may be called.
         seed: Seed of this run.
     """
 
@@ -46,10 +46,10 @@ class Search(NamedTuple):
 
 
 class Minimum(NamedTuple):
-    """The best that a run has found.
+    """Result of a run.
 
     Attributes:
-        cost: Its cost.
+        cost: The least cost found.
         point: Where it is, shape (d,), in the unit cube.
     """
 
@@ -58,7 +58,7 @@ class Minimum(NamedTuple):
 
 
 def minimise(search: Search) -> Minimum:
-    """Run the optimiser; never worse than the start."""
+    """Run the optimiser; the result is never worse than the start."""
     from scipy.optimize import differential_evolution  # costs start-up time
 
     generator = np.random.default_rng(search.seed)
@@ -80,19 +80,19 @@ def minimise(search: Search) -> Minimum:
 
 
 class Stopped(Exception):
-    """The search is to end now."""
+    """The pool is closing: the search ends early."""
 
 
 class Pool:
-    """Runs the optimiser in threads and tells how far it is; a context manager."""
+    """Runs searches in threads and reports progress; a context manager."""
 
     def __init__(self, threads: int | None, progress: Progress, planned: int) -> None:
         """Start the threads.
 
         Args:
-            threads: How many; as many as there are processors to use, unless given.
-            progress: Told how far it is.
-            planned: Evaluations that all runs may take together.
+            threads: Number of threads; one for each usable processor unless given.
+            progress: Called after every evaluation.
+            planned: Largest number of evaluations of all runs together.
         """
         self._executor = ThreadPoolExecutor(threads or usable_processors())
         self._progress = progress
@@ -102,7 +102,7 @@ class Pool:
         self._stop = threading.Event()
 
     def __enter__(self) -> Pool:
-        """Return the pool itself."""
+        """Return the pool."""
         return self
 
     def __exit__(
@@ -111,12 +111,12 @@ class Pool:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        """End the threads; at once after an error."""
+        """Stop all searches and join the threads."""
         self._stop.set()
         self._executor.shutdown(cancel_futures=True)
 
     def run(self, searches: Sequence[Search]) -> list[Minimum]:
-        """Run several searches, side by side; the answers are in their order."""
+        """Run several searches in parallel; the results are in their order."""
         futures: list[Future[Minimum]] = [
             self._executor.submit(self._run, each) for each in searches
         ]
@@ -144,7 +144,7 @@ class Pool:
 
 
 def usable_processors() -> int:
-    """Return how many processors this process may use."""
+    """Return the number of processors that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

@@ -1,4 +1,4 @@
-"""Parameters as points of a unit cube, which is where the optimiser moves."""
+"""Parameters as points of the unit cube in which the optimiser moves."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.tuning.characterise import TINY, Characteristics
 
 NEVER = 1e9
-"""Beyond every axis: a step whose time constant is at the upper end does next to nothing."""
+"""Above every axis: at its upper end, a time constant makes its step nearly ineffective."""
 
 SLOPE_OVER_BIAS = 2.0
-"""A slope's time constant is at least twice its bias's, as a steady Kalman filter has it of a bias
-whose slope walks at random; below, the bias swings about what it is to follow."""
+"""A slope's time constant is at least twice its bias's, as in the steady Kalman filter of a bias
+whose slope is a random walk; with less, the learnt bias oscillates."""
 
 
 class Axis(NamedTuple):
@@ -26,9 +26,9 @@ class Axis(NamedTuple):
         name: Its dotted name.
         low: Smallest value.
         high: Largest value.
-        usual: Where a fit begins unless told otherwise.
-        logarithmic: Whether to move on a logarithmic scale.
-        share_of: The parameter that values are a share of; empty: none.
+        usual: Where a fit starts by default.
+        logarithmic: Whether the scale is logarithmic.
+        share_of: The parameter of which values are a share; empty for none.
     """
 
     name: str
@@ -39,7 +39,7 @@ class Axis(NamedTuple):
     share_of: str = ""
 
     def place(self, value: float) -> float:
-        """Return where a value is along the axis, 0 to 1; beyond an end it is that end."""
+        """Return the place of a value on the axis, 0 to 1; values beyond an end are at that end."""
         inside = min(max(value, self.low), self.high)
         if self.logarithmic:
             return math.log(inside / self.low) / math.log(self.high / self.low)
@@ -56,31 +56,31 @@ class Space(NamedTuple):
     """The parameters that a fit moves, and those that it sets.
 
     Attributes:
-        axes: What is moved.
-        fixed: What is set, by dotted name.
+        axes: Those that are moved.
+        fixed: Values of those that are set, by dotted name.
     """
 
     axes: Sequence[Axis]
     fixed: Mapping[str, float]
 
     def point(self, values: Mapping[str, float]) -> Reals:
-        """Return where the given values are; what is not given is where it usually is.
+        """Return the point of the given values; others are at their usual value.
 
         Args:
-            values: As the axes have them: shares as shares.
+            values: By dotted name; shares as shares.
         """
         return np.array([each.place(values.get(each.name, each.usual)) for each in self.axes])
 
     def values(self, point: Reals) -> dict[str, float]:
-        """Return the parameters at a point, by dotted name, those that are set included."""
-        sensors = {
+        """Return the parameters at a point by dotted name, including those that are set."""
+        moved = {
             each.name: each.value(float(place))
             for each, place in zip(self.axes, point, strict=True)
         }
         for each in self.axes:
             if each.share_of:
-                sensors[each.name] *= sensors[each.share_of]
-        return {**self.fixed, **sensors}
+                moved[each.name] *= moved[each.share_of]
+        return {**self.fixed, **moved}
 
 
 WEIGHTS = ("very_small", "small", "large", "very_large")
@@ -105,7 +105,7 @@ def aggregator_axes(sensors: Characteristics) -> list[Axis]:
 
 
 def filter_axes(sensors: Characteristics) -> list[Axis]:
-    """Return the axes of S1's low-pass and bias, of S2's lag, and of spikes where there are any."""
+    """Return the axes of S1's low-pass and bias, of S2's lag, and of spikes if there are any."""
     shortest = 0.1 * sensors.s1_interval
     lag = sensors.lag
     axes = [
@@ -136,7 +136,7 @@ def filter_axes(sensors: Characteristics) -> list[Axis]:
 
 
 def learning_axes(sensors: Characteristics) -> list[Axis]:
-    """Return the axes of how the fuzzy rules and the drift steer the conditioning."""
+    """Return the axes of what adapts the conditioning: quietness, drift and trend."""
     return [
         Axis("s1.bias_moving_share", 0.0, 1.0, 0.2, logarithmic=False),
         Axis(

@@ -26,50 +26,50 @@ from fuzzy_fusion_ros.tuning.reference import reference_without_truth
 from fuzzy_fusion_ros.tuning.search import Pool, Progress
 
 NO_WORSE = 1.002
-"""A step is left out if the misfit without it is at most this much larger."""
+"""A step of the method is switched off if that increases the misfit by no more than this."""
 
 INSTANT = 1e-3
-"""Below this time constant, s, learning is instant anyway."""
+"""Below this time constant, s, learning is as good as instant."""
 
-WATCHFUL = 1.02
-"""Bias learning is made quicker as long as the misfit is at most this much larger."""
+SHORTENING_COSTS = 1.02
+"""The bias's time constant is shortened while that increases the misfit by no more than this."""
 
 DIGITS = 4
-"""Significant digits of what is written."""
+"""Significant digits of fitted values."""
 
 S1_PATIENCE = 10.0
-"""S1 counts as lost after so many of its intervals, or later if it is given so."""
+"""S1 counts as lost after this many of its intervals, or later if so given."""
 
 BETTER_BY = 0.97
-"""The predictor is worth its time if it lowers the error to this share."""
+"""The predictor is switched on if it lowers the error to this share."""
 
 _TOLERANCES = (0.3, 1.0, 3.0)
-"""Tolerances of the gate to try, over the error of the estimate without predictor."""
+"""Tolerances of the gate to try, in multiples of the error without predictor."""
 
 
 class Tuned(NamedTuple):
-    """What came out.
+    """Result of tuning; errors are root mean squares in the signal's unit.
 
     Attributes:
         sensors: What the sensors are like.
-        with_truth: Whether it was fitted to a truth.
-        target: What it was fitted to, at each S1 sample, shape (n,), NaN where unknown.
-        counted: Where that counts, shape (n,).
-        steps: The candidates as fitted, in order of preference.
-        chosen: Name of the setting that was taken.
+        with_truth: Whether the target is a truth.
+        target: What the fits are to, at each S1 sample, shape (n,), NaN where unknown.
+        counted: Where the target counts, shape (n,).
+        candidates: The candidates as fitted, in order of preference.
+        chosen: Name of the one that was chosen.
         before: The parameters before.
-        before_error: Root mean square error with them, unit of the signal.
+        before_error: Their error.
         parameters: The parameters after.
-        error: Root mean square error with these.
-        baselines: The baselines' parameters, fitted alike.
-        baseline_errors: Root mean square error of each by its name.
+        error: Their error.
+        baselines: Parameters of the baselines, fitted by the same optimiser.
+        baseline_errors: Error of each baseline by its name.
     """
 
     sensors: Characteristics
     with_truth: bool
     target: Reals
     counted: Flags
-    steps: tuple[FittedCandidate, ...]
+    candidates: tuple[FittedCandidate, ...]
     chosen: str
     before: Parameters
     before_error: float
@@ -89,15 +89,15 @@ def tune(
 ) -> Tuned:
     """Fit the fusion and the baselines to a recording.
 
-    The same arguments give the same result, however many threads there are.
+    The same arguments give the same result, whatever the number of threads.
 
     Args:
         series: The recording.
         truth: At each S1 sample, shape (n,), NaN where unknown; without it a reference is made.
-        parameters: What a fit leaves alone; the defaults unless given.
+        parameters: Values of what a fit does not move; the defaults unless given.
         seed: Seed of the optimiser.
-        threads: How many fits run at a time; one for each processor unless given.
-        progress: Told how far it is.
+        threads: How many searches run at a time; one for each processor unless given.
+        progress: Called after every evaluation.
 
     Raises:
         TuneError: There is too little to fit to.
@@ -109,40 +109,40 @@ def tune(
     counted = known & np.isfinite(target)
     if np.count_nonzero(counted) < FEWEST_S1:
         raise TuneError(
-            f"got {np.count_nonzero(counted)} samples of S1 beside a truth, expected "
-            f"{FEWEST_S1} at least: do their stamps overlap?"
+            f"got {np.count_nonzero(counted)} samples of S1 within the span of the truth, expected "
+            f"at least {FEWEST_S1}: check that their stamps overlap"
         )
     base = replace(
         before, {"s1.timeout": max(before.s1.timeout, S1_PATIENCE * sensors.s1_interval)}
     )
     problem = Problem(series, target, counted, base)
-    outputs(base, series)  # compiled here, so that no thread waits for another
+    outputs(base, series)  # compiles it in this thread, so that the pool's threads do not wait
     baselines.warm_up(series)
     planned = model_selection.planned(sensors) + baselines.planned()
     with Pool(threads, progress, planned) as pool:
-        steps = model_selection.cross_validate(problem, sensors, pool, seed)
+        candidates = model_selection.cross_validate(problem, sensors, pool, seed)
         fitted = baselines.fit_baselines_in(pool, series, target, counted, seed)
-    step = model_selection.chosen(steps)
-    final = shorten_bias_time_constant(problem, simplified(problem, step.parameters))
+    best = model_selection.chosen(candidates)
+    final = shorten_bias_time_constant(problem, simplified(problem, best.parameters))
     after = with_predictor(problem, rounded(problem, final))
     return Tuned(
         sensors=sensors,
         with_truth=truth is not None,
         target=target,
         counted=counted,
-        steps=tuple(steps),
-        chosen=step.name,
+        candidates=tuple(candidates),
+        chosen=best.name,
         before=before,
         before_error=error_of(problem, before),
         parameters=after,
         error=error_of(problem, after),
         baselines=fitted.parameters,
-        baseline_errors=dict(fitted.fitted),
+        baseline_errors=dict(fitted.errors),
     )
 
 
 def simplified(problem: Problem, parameters: Parameters) -> Parameters:
-    """Switch off one step after the other that makes no difference.
+    """Switch off every step of the method that makes no difference, one after the other.
 
     Args:
         problem: What was fitted.
@@ -165,16 +165,16 @@ def simplified(problem: Problem, parameters: Parameters) -> Parameters:
 
 
 def shorten_bias_time_constant(problem: Problem, parameters: Parameters) -> Parameters:
-    """Let the bias be learnt as quickly as costs next to nothing.
+    """Halve the time constant of the bias as often as that costs next to nothing.
 
-    A recording in which S1 hardly drifts asks for slow learning, which a drift that comes later
-    would defeat; often a learning many times quicker does as well.
+    A recording in which S1 hardly drifts favours slow learning, which could not follow a drift that
+    comes later; often a much shorter time constant fits as well.
 
     Args:
         problem: What was fitted.
         parameters: The result.
     """
-    most = WATCHFUL * problem.misfit(parameters)
+    most = SHORTENING_COSTS * problem.misfit(parameters)
     while parameters.s1.bias_time_constant > INSTANT:
         half = 0.5 * parameters.s1.bias_time_constant
         quicker = replace(parameters, {"s1.bias_time_constant": half})
@@ -185,7 +185,7 @@ def shorten_bias_time_constant(problem: Problem, parameters: Parameters) -> Para
 
 
 def rounded(problem: Problem, parameters: Parameters) -> Parameters:
-    """Round what was fitted to a few digits.
+    """Round fitted values to ``DIGITS`` significant digits.
 
     Args:
         problem: What was fitted.
@@ -203,11 +203,11 @@ def rounded(problem: Problem, parameters: Parameters) -> Parameters:
 
 
 def with_predictor(problem: Problem, parameters: Parameters) -> Parameters:
-    """Switch the predictor on if it helps in most of the blocks and on the whole, else off.
+    """Switch the predictor on if it helps in most of the blocks and overall, otherwise off.
 
     Args:
         problem: What was fitted.
-        parameters: The result, so far without predictor.
+        parameters: The result, as yet without predictor.
     """
     blocks = model_selection.blocks_of(problem.counted)
     off = replace(parameters, {"predictor.enabled": False})
@@ -225,11 +225,11 @@ def with_predictor(problem: Problem, parameters: Parameters) -> Parameters:
 
 
 def error_of(problem: Problem, parameters: Parameters) -> float:
-    """Return the root mean square error of the whole estimator, predictor included.
+    """Return the root mean square error of the whole estimator, including its predictor.
 
     Args:
         problem: What was fitted.
-        parameters: What it runs with.
+        parameters: Of the estimator.
     """
     return _block_errors(problem, parameters, [problem.counted])[0]
 

@@ -58,7 +58,7 @@ def test_it_writes_what_node_and_score_take(
     for part in (
         "S1: 25 Hz",
         "RMSE in rad against the truth",
-        "<- taken",
+        "<- chosen",
         "fusion_node --ros-args",
     ):
         assert part in out

@@ -9,7 +9,7 @@ from paper.outcomes import IAE, Change, outcomes, unchanged
 
 from fuzzy_fusion_ros.paper.checks import CheckedClaim, place
 from fuzzy_fusion_ros.paper.claims import claims
-from fuzzy_fusion_ros.paper.claims_report import as_document, findings_table
+from fuzzy_fusion_ros.paper.claims_report import as_document, claims_table
 from fuzzy_fusion_ros.paper.results import Results
 from fuzzy_fusion_ros.paper.sweep import NOMINAL, Outcome, points_of
 from fuzzy_fusion_ros.paper.targets import targets
@@ -187,7 +187,7 @@ def test_places_are_named_by_what_is_not_nominal() -> None:
 
 def test_the_table_says_what_fails_and_by_how_much() -> None:
     found = claimed(where({"method": "s2", "tau2": 0.05}, iae=0.11))
-    lines = findings_table(found, "claim", "holds").splitlines()
+    lines = claims_table(found, "claim", "holds").splitlines()
     assert max(map(len, lines)) <= WIDTH
     assert sum(line[0] != " " for line in lines) == 1 + len(found)
     assert lines[0].split() == ["fig.", "value", "95", "%", "interval", "claim"]
@@ -196,11 +196,11 @@ def test_the_table_says_what_fails_and_by_how_much() -> None:
     assert lines[failed[0]].startswith("18 ")
     where_it_fails = " ".join(" ".join(lines[failed[0] + 2 : failed[0] + 4]).split())
     assert where_it_fails == "(IAE of complete ÷ rival < 1; s2, τ₂ = 0.05 s)"
-    assert findings_table([], "claim", "holds") == ""
+    assert claims_table([], "claim", "holds") == ""
 
 
 def test_a_value_without_a_bound_neither_holds_nor_fails() -> None:
-    table = findings_table(aimed(), "target", "met")
+    table = claims_table(aimed(), "target", "met")
     assert table.count("–  ") == 11
     assert "FAILS" not in table
 

@@ -85,7 +85,7 @@ def evaluated(name: str, seed: int, made: Made, with_truth: bool) -> dict[str, A
                 rmse(fusion(each.parameters)),
                 *each.unseen_blocks,
             )
-            for each in tuned.steps
+            for each in tuned.candidates
         },
         "seconds": time.monotonic() - began,
     }

@@ -45,7 +45,7 @@ class Standin(NamedTuple):
         delay: Of S2.
         jitter: Standard deviation of that, as a share.
         s2_noise: Standard deviation of S2's white noise.
-        quantum: FittedCandidate that S2 is rounded to.
+        quantum: Step that S2 is rounded to.
         outliers: Share of S2's samples that are far off.
         gaps: Shortest and longest gap in S2.
     """

@@ -22,7 +22,7 @@ def sensors() -> Characteristics:
 def full_evaluations(sensors: Characteristics, samples: float) -> Evaluations:
     """Return the evaluations of the largest candidate for a recording of so many samples."""
     long = sensors._replace(span=samples * sensors.s1_interval)
-    return {each.name: each for each in candidates_for(long)}["full"].setting.evaluations
+    return {each.name: each for each in candidates_for(long)}["full"].spec.evaluations
 
 
 def test_a_long_recording_is_run_less_often(sensors: Characteristics) -> None:
@@ -33,7 +33,7 @@ def test_a_long_recording_is_run_less_often(sensors: Characteristics) -> None:
 
 
 def test_a_slope_is_never_learnt_much_quicker_than_its_bias(sensors: Characteristics) -> None:
-    space = {each.name: each for each in candidates_for(sensors)}["full"].setting.space
+    space = {each.name: each for each in candidates_for(sensors)}["full"].spec.space
     generator = np.random.default_rng(0)
     for point in generator.random((50, len(space.axes))):
         values = space.values(point)

@@ -73,14 +73,14 @@ def test_unrelated_sensors_are_said_to_be() -> None:
     series = made(Sensors()).series
     noise = np.random.default_rng(1).standard_normal(series.s2.size)
     text = "\n".join(described(characterise(series._replace(s2=noise)), "m/s"))
-    assert "no more in common than chance gives" in text
+    assert "no more in common than unrelated signals" in text
     assert "(m/s)/s" in text
 
 
 def test_too_little_is_refused() -> None:
     series = made(Sensors()).series
     short = series._replace(s2=series.s2[:9], s2_ns=series.s2_ns[:9])
-    with pytest.raises(TuneError, match="got 9 samples of S2, expected 10 at least"):
+    with pytest.raises(TuneError, match="got 9 samples of S2, expected at least 10"):
         characterise(short)
     with pytest.raises(TuneError, match="S2 is 1 in all"):
         characterise(series._replace(s2=np.ones_like(series.s2)))

@@ -20,7 +20,7 @@ from fuzzy_fusion_ros.tuning.model_selection import BLOCKS, FittedCandidate, blo
 from fuzzy_fusion_ros.tuning.report import as_json, comments, outcome
 from fuzzy_fusion_ros.tuning.tune import (
     INSTANT,
-    WATCHFUL,
+    SHORTENING_COSTS,
     error_of,
     rounded,
     shorten_bias_time_constant,
@@ -133,7 +133,9 @@ def test_without_a_truth_an_s1_that_has_nothing_to_do_with_s2_leaves_s2(
         result = tune(series._replace(s1=useless))
         assert result.chosen == "s2"
         assert result.error == 0.0
-        assert "no more in common than chance gives" in "\n".join(comments(result, "", "a bag"))
+        assert "no more in common than unrelated signals" in "\n".join(
+            comments(result, "", "a bag")
+        )
 
 
 def test_without_a_truth_an_s1_that_needs_no_bias_is_left_alone(patch: pytest.MonkeyPatch) -> None:
@@ -151,7 +153,7 @@ def test_the_bias_is_learnt_as_quickly_as_costs_next_to_nothing(recording: Made)
     slow = replace(Parameters(), {**weights, "s1.bias_time_constant": 100.0, **_LAG})
     quick = shorten_bias_time_constant(problem, slow)
     assert quick.s1.bias_time_constant < 100.0
-    assert problem.misfit(quick) <= WATCHFUL * problem.misfit(slow)
+    assert problem.misfit(quick) <= SHORTENING_COSTS * problem.misfit(slow)
     unlearnt = replace(slow, {"s1.bias_time_constant": INSTANT})
     assert shorten_bias_time_constant(problem, unlearnt) == unlearnt
 
@@ -164,17 +166,18 @@ def test_a_perfect_s1_leaves_s1(patch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_truth_that_is_elsewhere_is_refused(recording: Made) -> None:
-    with pytest.raises(TuneError, match="got 0 samples of S1 beside a truth"):
+    with pytest.raises(TuneError, match="got 0 samples of S1 within the span of the truth"):
         tune(recording.series, np.full_like(recording.truth, np.nan))
 
 
 def test_the_first_of_the_good_is_chosen() -> None:
-    def step(name: str, unseen: float) -> FittedCandidate:
+    def fitted(name: str, unseen: float) -> FittedCandidate:
         return FittedCandidate(name, "", Parameters(), 0.0, unseen, ())
 
-    ladder = [step("s2", 2.0), step("s1", 1.02), step("aggregator", 1.5), step("full", 1.0)]
-    assert chosen(ladder).name == "s1"
-    assert chosen(ladder[:1]).name == "s2"
+    errors = {"s2": 2.0, "s1": 1.02, "aggregator": 1.5, "full": 1.0}
+    candidates = [fitted(name, unseen) for name, unseen in errors.items()]
+    assert chosen(candidates).name == "s1"
+    assert chosen(candidates[:1]).name == "s2"
 
 
 def test_blocks_are_equal_parts_of_what_counts() -> None:
@@ -218,7 +221,7 @@ _WEIGHTS = ("very_small", "small", "large", "very_large")
 
 def test_the_comments_tell_all(tuned: Tuned) -> None:
     text = "\n".join(comments(tuned, "rad", "a bag"))
-    for part in ("Made by tune from a bag.", "S1: 25 Hz", "unseen", "<- taken", "kalman_bias"):
+    for part in ("Made by tune from a bag.", "S1: 25 Hz", "unseen", "<- chosen", "kalman_bias"):
         assert part in text
     assert "RMSE in rad against the truth" in text
     assert outcome(tuned, "rad") in text
