@@ -53,7 +53,7 @@ def candidate_lines(tuned: Tuned, unit: str) -> list[str]:
             each.name,
             f"{each.fitted:.4g}",
             f"{each.unseen:.4g}",
-            each.text + (" <- chosen" if each.name == tuned.chosen else ""),
+            each.text + (" (chosen)" if each.name == tuned.chosen else ""),
         )
         for each in tuned.candidates
     ]

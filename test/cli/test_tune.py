@@ -58,7 +58,7 @@ def test_it_writes_what_node_and_score_take(
     for part in (
         "S1: 25 Hz",
         "RMSE in rad against the truth",
-        "<- chosen",
+        "(chosen)",
         "fusion_node --ros-args",
     ):
         assert part in out
@@ -131,7 +131,7 @@ def test_given_parameters_are_kept(bag: Path, tmp_path: Path) -> None:
     [
         (["--truth", "/mocap"], "/mocap"),
         (["--s1", "/imu"], "/imu"),
-        (["--end", "1"], "got 25 samples of S1, expected 50 at least"),
+        (["--end", "1"], "got 25 samples of S1, expected at least 50"),
         (["--start", "5", "--end", "5"], "nothing is left"),
         (["--seed", "-1"], "expected an integer"),
         (["--plot", "fit.txt"], "fit.txt"),

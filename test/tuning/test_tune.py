@@ -221,7 +221,7 @@ _WEIGHTS = ("very_small", "small", "large", "very_large")
 
 def test_the_comments_tell_all(tuned: Tuned) -> None:
     text = "\n".join(comments(tuned, "rad", "a bag"))
-    for part in ("Made by tune from a bag.", "S1: 25 Hz", "unseen", "<- chosen", "kalman_bias"):
+    for part in ("Made by tune from a bag.", "S1: 25 Hz", "unseen", "(chosen)", "kalman_bias"):
         assert part in text
     assert "RMSE in rad against the truth" in text
     assert outcome(tuned, "rad") in text
