@@ -1,12 +1,20 @@
-"""Set-up that all tests share."""
+"""What all tests share: settings, and a ROS graph with what nodes say in it."""
 
 from __future__ import annotations
 
 import signal
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
+import pytest
 from hypothesis import HealthCheck, settings
 
-# The same examples at every run, and no verdict that depends on how fast the machine is.
+if TYPE_CHECKING:
+    from nodes.watching import Diagnostics, Log
+
+    from fuzzy_fusion_ros.testing import Harness
+
+# The same examples in every run, and no verdict that depends on the speed of the machine.
 settings.register_profile(
     "reproducible",
     deadline=None,
@@ -15,5 +23,31 @@ settings.register_profile(
 )
 settings.load_profile("reproducible")
 
-# Whoever runs the tests in the background has them ignore interrupts, and so what they start.
+# A shell ignores interrupts in what it runs in the background, and children inherit that.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+# Imports of rclpy are in the fixtures, so that tests of the method start without it.
+@pytest.fixture
+def harness() -> Iterator[Harness]:
+    """A ROS graph of the test's own."""
+    from fuzzy_fusion_ros.testing import Harness
+
+    with Harness() as opened:
+        yield opened
+
+
+@pytest.fixture
+def log(harness: Harness) -> Log:
+    """What nodes log."""
+    from nodes.watching import Log
+
+    return Log(harness)
+
+
+@pytest.fixture
+def diagnostics(harness: Harness) -> Diagnostics:
+    """What nodes publish on /diagnostics."""
+    from nodes.watching import Diagnostics
+
+    return Diagnostics(harness)

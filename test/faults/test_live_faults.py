@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import random
 from collections import Counter
-from collections.abc import Iterator
 
 import pytest
 from nodes.watching import Diagnostics
@@ -19,13 +18,6 @@ from fuzzy_fusion_ros.ros.subscription import SensorInput
 from fuzzy_fusion_ros.testing import Harness
 
 FAR_APART_NS = 10_000 * SECOND_NS
-
-
-@pytest.fixture
-def harness() -> Iterator[Harness]:
-    """A graph of its own."""
-    with Harness() as opened:
-        yield opened
 
 
 def has_received(source: SensorInput, messages: int) -> bool:
