@@ -14,7 +14,7 @@ from fuzzy_fusion_ros.baselines.parameters import (
     ConstantWeightParameters,
     KalmanParameters,
 )
-from fuzzy_fusion_ros.baselines.registry import BASELINES, Baseline, Knob, methods
+from fuzzy_fusion_ros.baselines.registry import BASELINES, Baseline, methods
 
 __all__ = [
     "BASELINES",
@@ -23,7 +23,6 @@ __all__ = [
     "ComplementaryParameters",
     "ConstantWeightParameters",
     "KalmanParameters",
-    "Knob",
     "baselines_for",
     "complementary",
     "constant_weight",

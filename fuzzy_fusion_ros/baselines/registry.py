@@ -11,26 +11,6 @@ from fuzzy_fusion_ros.baselines.constant_weight import constant_weight
 from fuzzy_fusion_ros.baselines.kalman import kalman
 from fuzzy_fusion_ros.baselines.parameters import BaselineParameters, ConstantWeightParameters
 from fuzzy_fusion_ros.batch.series import Method
-from fuzzy_fusion_ros.parameters.group import descriptors, flatten
-
-REACH = 1000.0
-"""Largest factor by which a fit may move a parameter from its start, either way."""
-
-
-class Knob(NamedTuple):
-    """A parameter that a fit may move.
-
-    Attributes:
-        name: Its dotted name in :class:`BaselineParameters`.
-        low: Smallest value to try.
-        high: Largest value to try.
-        logarithmic: Whether the scale is logarithmic.
-    """
-
-    name: str
-    low: float
-    high: float
-    logarithmic: bool
 
 
 class Baseline(NamedTuple):
@@ -46,15 +26,6 @@ class Baseline(NamedTuple):
     method: Callable[[BaselineParameters], Method]
     moved: tuple[str, ...] = ()
     switches: tuple[str, ...] = ()
-
-    def knobs(self, parameters: BaselineParameters) -> tuple[Knob, ...]:
-        """Return what a fit may move, with limits around the given values.
-
-        Args:
-            parameters: Where the fit starts, as :func:`baselines_for` derives it.
-        """
-        values = flatten(parameters)
-        return tuple(_knob(name, float(values[name])) for name in self.moved)
 
 
 BASELINES: Mapping[str, Baseline] = MappingProxyType(
@@ -92,14 +63,3 @@ BASELINES: Mapping[str, Baseline] = MappingProxyType(
 def methods(parameters: BaselineParameters) -> dict[str, Method]:
     """Return every baseline's method by its name."""
     return {name: baseline.method(parameters) for name, baseline in BASELINES.items()}
-
-
-def _knob(name: str, value: float) -> Knob:
-    if name.endswith(".weight"):
-        return Knob(name, 0.0, 1.0, logarithmic=False)
-    limits = _LIMITS[name]
-    low = max(value / REACH, limits.low)
-    return Knob(name, low, min(value * REACH, limits.high), logarithmic=True)
-
-
-_LIMITS = {name: descriptor for name, descriptor, _ in descriptors(BaselineParameters)}

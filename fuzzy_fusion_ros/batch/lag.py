@@ -15,7 +15,16 @@ from fuzzy_fusion_ros.batch.arrays import Flags, Reals
 from fuzzy_fusion_ros.batch.smoothing import lagged
 
 LONGEST = 5.0
-"""Longest delay and time constant tried, s."""
+"""Longest delay and time constant tried at first, s."""
+
+FURTHER = 3.0
+"""Longer ones by this factor are tried as long as the best is near the longest, or a guess."""
+
+SHARE_OF_SPAN = 0.05
+"""Longest delay and time constant tried at all, as a share of the recording."""
+
+CHANGES_OVER = 0.2
+"""Changes are also taken over this share of the longest lag tried: less noisy ones."""
 
 GRID = 18
 """Delays, and time constants, tried in the first pass."""
@@ -74,8 +83,8 @@ def lag_of(s1_s: Reals, s1: Reals, s2_s: Reals, s2: Reals) -> Lag:
     """Find the lag at which the changes of S1, seen through it, correlate most with those of S2.
 
     Changes do not contain a bias, and hardly any drift. They are taken from sample to sample of
-    S2 and, because that may be noisy, over a second. Where S1 explains little of S2, outliers of
-    S2 may be the reason, so the search is repeated with large changes of S2 clipped.
+    S2 and, because that may be noisy, over a longer time. Where S1 explains little of S2, outliers
+    of S2 may be the reason, so the search is repeated with large changes of S2 clipped.
 
     Args:
         s1_s: Times of S1, shape (n,), seconds.
@@ -113,12 +122,27 @@ def read_through(lag: Lag, s1_s: Reals, s1: Reals, s2_s: Reals) -> Reals:
 
 
 def _lag_of(s1_s: Reals, s1: Reals, s2_s: Reals, s2: Reals, clipped: bool) -> Lag:
+    limit = SHARE_OF_SPAN * float(s2_s[-1] - s2_s[0])
+    longest = min(LONGEST, limit)
+    lag = _lag_up_to(longest, s1_s, s1, s2_s, s2, clipped)
+    while longest < limit and (
+        lag.correlation < TRUSTED or max(lag.delay, lag.time_constant) > longest / FURTHER
+    ):
+        longest = min(FURTHER * longest, limit)
+        longer = _lag_up_to(longest, s1_s, s1, s2_s, s2, clipped)
+        if longer.correlation > lag.correlation + _CLEARLY:
+            lag = longer
+    return lag
+
+
+def _lag_up_to(
+    longest: float, s1_s: Reals, s1: Reals, s2_s: Reals, s2: Reals, clipped: bool
+) -> Lag:
     shortest = float(np.median(np.diff(s1_s)))
     interval = float(np.median(np.diff(s2_s)))
-    longest = min(LONGEST, float(s2_s[-1] - s2_s[0]) / 20.0)
     grid = np.geomspace(max(shortest / 2.0, longest / 500.0), max(longest, shortest), GRID)
     factor = float((grid[-1] / grid[0]) ** (1.0 / (GRID - 1)))
-    strides = {1, max(1, min(round(1.0 / interval), s2.size // 4))}
+    strides = {1, max(1, min(round(CHANGES_OVER * longest / interval), s2.size // 4))}
     kinds = [_changes(over, interval, s2_s, s2, clipped) for over in sorted(strides)]
     tried = np.append(0.0, grid)
     found = [_search(s1_s, s1, s2_s, each, tried, tried) for each in kinds]

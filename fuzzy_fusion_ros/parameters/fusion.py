@@ -61,7 +61,7 @@ class AggregatorParameters(Group):
         0.025,
         "time constant of the low-pass on dS2/dt; 0 is the bare difference",
         unit="s",
-        high=1e3,
+        high=1e6,
     )
     weight: Weights = group(Weights())
     drift: Drifts = group(Drifts())
@@ -112,7 +112,7 @@ class FastSensorParameters(SensorParameters):
         0.0, "a step of S1 beyond this is a spike and left out; 0 is off", unit="signal"
     )
     lowpass_time_constant: float = real(
-        0.0, "time constant of the low-pass on S1; 0 is off", unit="s", high=1e3
+        0.0, "time constant of the low-pass on S1; 0 is off", unit="s", high=1e6
     )
     trend_time_constant: float = real(
         0.0, "time constant of the low-pass's slope, which frees ramps of lag; 0 is off", unit="s"
@@ -136,9 +136,9 @@ class SlowSensorParameters(SensorParameters):
     """S2, with the model of it through which S1's bias is learnt."""
 
     lag_time_constant: float = real(
-        0.0, "time constant of S2's lag as S1's bias sees it", unit="s", high=1e3
+        0.0, "time constant of S2's lag as S1's bias sees it", unit="s", high=1e6
     )
-    delay: float = real(0.0, "delay of S2 as S1's bias sees it", unit="s", high=1e3)
+    delay: float = real(0.0, "delay of S2 as S1's bias sees it", unit="s", high=1e6)
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, Knob, baselines_for
+from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, baselines_for
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals, root_mean_square
 from fuzzy_fusion_ros.batch.series import Method, Series, run
 from fuzzy_fusion_ros.parameters.group import Value, flatten, replace
 from fuzzy_fusion_ros.tuning.search import Minimum, Pool, Progress, Search
-from fuzzy_fusion_ros.tuning.space import Axis, Space
+from fuzzy_fusion_ros.tuning.space import Axis, Space, space_of
 
 STARTS = MappingProxyType({0: (0.0,), 1: (0.0,), 2: (0.0, 0.15, -0.15), 3: (0.0, 0.15, -0.15)})
 """Starts of the fits, as distances from the derived parameters, by number of parameters moved."""
@@ -24,8 +24,8 @@ EVALUATIONS = MappingProxyType({0: 1, 1: 120, 2: 160, 3: 300})
 
 _SPREAD = 0.15
 
-_LOWEST = 1e-12
-"""Lowest value of a logarithmic axis."""
+REACH = 1000.0
+"""Largest factor by which a fit moves a parameter from its derived value, either way."""
 
 
 class FittedBaselines(NamedTuple):
@@ -40,7 +40,7 @@ class FittedBaselines(NamedTuple):
     errors: Mapping[str, float]
 
 
-class _Attempt(NamedTuple):
+class Attempt(NamedTuple):
     """One run of the optimiser for one baseline.
 
     Attributes:
@@ -87,7 +87,7 @@ def fit_baselines(
 
 def planned() -> int:
     """Return the largest number of evaluations of all fits together."""
-    return sum(EVALUATIONS[len(each.space.axes)] for each in _attempts(BaselineParameters()))
+    return sum(EVALUATIONS[len(each.space.axes)] for each in attempts(BaselineParameters()))
 
 
 def warm_up(series: Series) -> None:
@@ -104,9 +104,9 @@ def fit_baselines_in(
 ) -> FittedBaselines:
     """Fit every baseline in an existing pool; otherwise as :func:`fit_baselines`."""
     derived = baselines_for(series)
-    attempts = list(_attempts(derived))
+    listed = list(attempts(derived))
 
-    def cost_of(attempt: _Attempt) -> Callable[[Reals], float]:
+    def cost_of(attempt: Attempt) -> Callable[[Reals], float]:
         baseline = BASELINES[attempt.name]
 
         def cost(point: Reals) -> float:
@@ -123,11 +123,11 @@ def fit_baselines_in(
                 EVALUATIONS[len(each.space.axes)],
                 (seed, 2, each.number),
             )
-            for each in attempts
+            for each in listed
         ]
     )
-    best: dict[str, tuple[Minimum, _Attempt]] = {}
-    for fit, attempt in zip(found, attempts, strict=True):
+    best: dict[str, tuple[Minimum, Attempt]] = {}
+    for fit, attempt in zip(found, listed, strict=True):
         if attempt.name not in best or fit.cost < best[attempt.name][0].cost:
             best[attempt.name] = fit, attempt
     parameters = derived
@@ -138,21 +138,24 @@ def fit_baselines_in(
     return FittedBaselines(parameters, {name: fit.cost for name, (fit, _) in best.items()})
 
 
-def _attempts(derived: BaselineParameters) -> Iterator[_Attempt]:
+def attempts(derived: BaselineParameters) -> Iterator[Attempt]:
     """Yield all attempts: every start of every baseline, for every combination of its switches."""
     number = 0
     for name, baseline in BASELINES.items():
         for states in itertools.product((False, True), repeat=len(baseline.switches)):
             switched = replace(derived, dict(zip(baseline.switches, states, strict=True)))
-            axes = [_axis(each, flatten(derived)) for each in baseline.knobs(derived)]
+            axes = [_axis(each, flatten(derived)[each]) for each in baseline.moved]
+            space = space_of(BaselineParameters, axes, {})
             for shift in STARTS[len(axes)]:
-                yield _Attempt(name, switched, Space(axes, {}), shift, number)
+                yield Attempt(name, switched, space, shift, number)
                 number += 1
 
 
-def _axis(knob: Knob, values: Mapping[str, Value]) -> Axis:
-    low = max(knob.low, _LOWEST) if knob.logarithmic else knob.low
-    return Axis(knob.name, low, knob.high, float(values[knob.name]), knob.logarithmic)
+def _axis(name: str, value: Value) -> Axis:
+    usual = float(value)
+    if name.endswith(".weight"):
+        return Axis(name, 0.0, 1.0, usual, logarithmic=False)
+    return Axis(name, usual / REACH, usual * REACH, usual)
 
 
 def _misfit(method: Method, series: Series, target: Reals, counted: Flags) -> float:

@@ -7,18 +7,22 @@ recording happens not to show.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.tuning.characterise import Characteristics
 from fuzzy_fusion_ros.tuning.fit import Evaluations, FitSpec
 from fuzzy_fusion_ros.tuning.space import (
     NEVER,
     WEIGHTS,
+    Axis,
     Space,
     aggregator_axes,
     filter_axes,
     learning_axes,
+    space_of,
 )
 
 EVALUATIONS = MappingProxyType(
@@ -37,7 +41,7 @@ FEWEST = 0.25
 """But at least this share of them, however long the recording."""
 
 LOST_AFTER = 3.0
-"""S2 counts as lost after this many of its intervals without a sample."""
+"""S2 counts as lost after this many of its intervals without a sample, and its delivery time."""
 
 
 class Candidate(NamedTuple):
@@ -56,8 +60,8 @@ class Candidate(NamedTuple):
 
 def candidates_for(sensors: Characteristics) -> list[Candidate]:
     """Return the candidates for such sensors, the preferred first."""
-    lost = LOST_AFTER * sensors.s2_interval
-    patient = max(lost, 2.0 * sensors.s2_gap)
+    lost = LOST_AFTER * sensors.s2_interval + sensors.s2_delivery
+    patient = max(lost, 2.0 * sensors.s2_gap + sensors.s2_delivery)
     return [
         Candidate("s2", "S2 as it comes", _alone(0.0, patient)),
         Candidate("s1", "S1 as it comes", _alone(1.0, lost)),
@@ -68,19 +72,19 @@ def candidates_for(sensors: Characteristics) -> list[Candidate]:
 
 
 def _alone(weight: float, timeout: float) -> FitSpec:
-    space = Space((), {**_weights(*[weight] * 4), **_NO_CONDITIONING, "s2.timeout": timeout})
+    space = _space((), {**_weights(*[weight] * 4), **_NO_CONDITIONING, "s2.timeout": timeout})
     return FitSpec(space, ({},), {}, 0.0, Evaluations(1, 1, 1))
 
 
 def _aggregator(sensors: Characteristics, lost: float) -> FitSpec:
-    space = Space(aggregator_axes(sensors), {**_NO_CONDITIONING, "s2.timeout": lost})
+    space = _space(aggregator_axes(sensors), {**_NO_CONDITIONING, "s2.timeout": lost})
     starts = (_weights(0.9, 0.9, 0.98, 0.98), _weights(0.02, 0.05, 0.3, 0.7))
     return FitSpec(space, starts, _PLAIN_RULES, 0.01, _evaluations("aggregator", sensors))
 
 
 def _conditioned(sensors: Characteristics, lost: float) -> FitSpec:
     interval = sensors.s2_interval
-    space = Space(
+    space = _space(
         filter_axes(sensors),
         {
             **_weights(1.0, 1.0, 1.0, 1.0),
@@ -103,7 +107,7 @@ def _conditioned(sensors: Characteristics, lost: float) -> FitSpec:
 
 
 def _full(sensors: Characteristics, lost: float) -> FitSpec:
-    space = Space(
+    space = _space(
         [*aggregator_axes(sensors), *filter_axes(sensors), *learning_axes(sensors)],
         {**_NO_CONDITIONING, "s2.timeout": lost},
     )
@@ -152,6 +156,10 @@ def _full_starts(sensors: Characteristics) -> list[dict[str, float]]:
             drift: 10.0,
         },
     ]
+
+
+def _space(axes: Sequence[Axis], fixed: Mapping[str, float]) -> Space:
+    return space_of(Parameters, axes, fixed)
 
 
 def _evaluations(name: str, sensors: Characteristics) -> Evaluations:

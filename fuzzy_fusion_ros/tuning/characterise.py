@@ -31,6 +31,7 @@ class Characteristics(NamedTuple):
         s1_interval: Median time between samples of S1, s.
         s2_interval: Median time between samples of S2, s.
         s2_gap: Longest time between samples of S2, s.
+        s2_delivery: How old a sample of S2 is on arrival, 99th percentile, s.
         s1_noise: Standard deviation of S1's white noise, unit of the signal.
         spike_share: Share of S1's samples that are spikes.
         spike_scale: Typical distance of a sample from the median around it, unit of the signal.
@@ -48,6 +49,7 @@ class Characteristics(NamedTuple):
     s1_interval: float
     s2_interval: float
     s2_gap: float
+    s2_delivery: float
     s1_noise: float
     spike_share: float
     spike_scale: float
@@ -93,6 +95,7 @@ def characterise(series: Series) -> Characteristics:
         s1_interval=float(np.median(np.diff(s1_s))),
         s2_interval=s2_interval,
         s2_gap=float(np.diff(s2_s).max()),
+        s2_delivery=_delivery(series),
         s1_noise=white_noise(s1),
         spike_share=spike_share,
         spike_scale=spike_scale,
@@ -104,6 +107,14 @@ def characterise(series: Series) -> Characteristics:
         difference=max(float(np.median(apart)), TINY),
         rate=max(root_mean_square(np.diff(series.s2) / np.diff(s2_s)), TINY),
     )
+
+
+def _delivery(series: Series) -> float:
+    """Return how old samples of S2 are when they arrive: how long S1 went on without them."""
+    without = np.searchsorted(series.s2_known, np.arange(series.s2.size), side="right") - 1
+    age_s = (series.s1_ns[np.maximum(without, 0)] - series.s2_ns) * 1e-9
+    age_s[without < 0] = 0.0  # there before the first of S1
+    return float(np.quantile(np.maximum(age_s, 0.0), 0.99))
 
 
 def require_enough(series: Series) -> None:

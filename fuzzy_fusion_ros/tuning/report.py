@@ -25,9 +25,9 @@ def described(sensors: Characteristics, unit: str) -> list[str]:
     u = f" {unit}" if unit else ""
     per_s = f" {unit}/s" if unit and "/" not in unit else f" ({unit})/s" if unit else "/s"
     return [
-        f"S1: {1.0 / sensors.s1_interval:.3g} Hz, white noise of {sensors.s1_noise:.3g}{u} "
+        f"S1: {_rate(sensors.s1_interval)}, white noise of {sensors.s1_noise:.3g}{u} "
         f"(standard deviation), {_spikes(sensors)}",
-        f"S2: {1.0 / sensors.s2_interval:.3g} Hz{_gap(sensors)}; "
+        f"S2: {_rate(sensors.s2_interval)}{_gap(sensors)}{_delivery(sensors)}; "
         f"it changes by {sensors.rate:.3g}{per_s} (root mean square)",
         f"S2 lags {sensors.lag.total:.2g} s behind S1: a delay of {sensors.lag.delay:.2g} s, "
         f"then a time constant of {sensors.lag.time_constant:.2g} s{_trust(sensors)}",
@@ -95,7 +95,8 @@ def comments(tuned: Tuned, unit: str, origin: str) -> Iterator[str]:
     yield from candidate_lines(tuned, unit)
     yield ""
     yield outcome(tuned, unit)
-    yield f"s2.timeout is {LOST_AFTER:g} intervals of S2; after that, conditioned S1 is used alone."
+    yield f"s2.timeout is {LOST_AFTER:g} intervals of S2 and its delivery time; after that,"
+    yield "conditioned S1 is used alone."
     yield "The entry `baselines` is for score --params; nodes ignore it."
 
 
@@ -132,6 +133,17 @@ def _spikes(sensors: Characteristics) -> str:
     if sensors.has_spikes:
         return f"{100.0 * sensors.spike_share:.2g} % spikes, which are rejected"
     return "no spikes"
+
+
+def _rate(interval: float) -> str:
+    """Return a rate in words; a slow one as the interval."""
+    return f"{1.0 / interval:.3g} Hz" if interval <= 1.0 else f"one sample in {interval:.3g} s"
+
+
+def _delivery(sensors: Characteristics) -> str:
+    if sensors.s2_delivery > sensors.s2_interval:
+        return f", delivered up to {sensors.s2_delivery:.2g} s after the measurement"
+    return ""
 
 
 def _gap(sensors: Characteristics) -> str:

@@ -9,10 +9,15 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy_fusion_ros.batch.arrays import Reals
+from fuzzy_fusion_ros.core.numerics import clamped
+from fuzzy_fusion_ros.parameters.group import Descriptor, Group, descriptors
 from fuzzy_fusion_ros.tuning.characterise import TINY, Characteristics
 
 NEVER = 1e9
 """Above every axis: at its upper end, a time constant makes its step nearly ineffective."""
+
+LOWEST = 1e-12
+"""Lowest value on a logarithmic axis."""
 
 SLOPE_OVER_BIAS = 2.0
 """A slope's time constant is at least twice its bias's, as in the steady Kalman filter of a bias
@@ -40,7 +45,9 @@ class Axis(NamedTuple):
 
     def place(self, value: float) -> float:
         """Return the place of a value on the axis, 0 to 1; values beyond an end are at that end."""
-        inside = min(max(value, self.low), self.high)
+        inside = clamped(value, self.low, self.high)
+        if self.low >= self.high:
+            return 0.0
         if self.logarithmic:
             return math.log(inside / self.low) / math.log(self.high / self.low)
         return (inside - self.low) / (self.high - self.low)
@@ -53,15 +60,17 @@ class Axis(NamedTuple):
 
 
 class Space(NamedTuple):
-    """The parameters that a fit moves, and those that it sets.
+    """The parameters that a fit moves, and those that it sets; made by :func:`space_of`.
 
     Attributes:
         axes: Those that are moved.
         fixed: Values of those that are set, by dotted name.
+        limits: What may be moved and set, by dotted name.
     """
 
     axes: Sequence[Axis]
     fixed: Mapping[str, float]
+    limits: Mapping[str, Descriptor]
 
     def point(self, values: Mapping[str, float]) -> Reals:
         """Return the point of the given values; others are at their usual value.
@@ -80,7 +89,39 @@ class Space(NamedTuple):
         for each in self.axes:
             if each.share_of:
                 moved[each.name] *= moved[each.share_of]
-        return {**self.fixed, **moved}
+        return _allowed(self.limits, {**self.fixed, **moved})
+
+
+def space_of(kind: type[Group], axes: Sequence[Axis], fixed: Mapping[str, float]) -> Space:
+    """Return the space of a group's parameters, every value within what the group allows.
+
+    Args:
+        kind: The group.
+        axes: What is moved; an axis that reaches beyond the limits of its parameter ends there.
+        fixed: What is set, by dotted name.
+    """
+    limits = {name: descriptor for name, descriptor, _ in descriptors(kind)}
+    return Space([_within(limits[each.name], each) for each in axes], fixed, limits)
+
+
+def allowed(kind: type[Group], values: Mapping[str, float]) -> dict[str, float]:
+    """Return values by dotted name, each moved to the nearest that the group allows."""
+    return _allowed({name: descriptor for name, descriptor, _ in descriptors(kind)}, values)
+
+
+def _allowed(limits: Mapping[str, Descriptor], values: Mapping[str, float]) -> dict[str, float]:
+    return {
+        name: clamped(value, limits[name].low, limits[name].high) for name, value in values.items()
+    }
+
+
+def _within(limits: Descriptor, axis: Axis) -> Axis:
+    if axis.share_of:
+        return axis
+    low = max(limits.low, LOWEST) if axis.logarithmic else limits.low
+    return axis._replace(
+        low=clamped(axis.low, low, limits.high), high=clamped(axis.high, low, limits.high)
+    )
 
 
 WEIGHTS = ("very_small", "small", "large", "very_large")

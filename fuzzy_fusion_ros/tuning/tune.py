@@ -24,6 +24,7 @@ from fuzzy_fusion_ros.tuning.kernel import outputs
 from fuzzy_fusion_ros.tuning.model_selection import FittedCandidate
 from fuzzy_fusion_ros.tuning.reference import reference_without_truth
 from fuzzy_fusion_ros.tuning.search import Pool, Progress
+from fuzzy_fusion_ros.tuning.space import allowed
 
 NO_WORSE = 1.002
 """A step of the method is switched off if that increases the misfit by no more than this."""
@@ -112,9 +113,8 @@ def tune(
             f"got {np.count_nonzero(counted)} samples of S1 within the span of the truth, expected "
             f"at least {FEWEST_S1}: check that their stamps overlap"
         )
-    base = replace(
-        before, {"s1.timeout": max(before.s1.timeout, S1_PATIENCE * sensors.s1_interval)}
-    )
+    patience = {"s1.timeout": max(before.s1.timeout, S1_PATIENCE * sensors.s1_interval)}
+    base = replace(before, allowed(Parameters, patience))
     problem = Problem(series, target, counted, base)
     outputs(base, series)  # compiles it in this thread, so that the pool's threads do not wait
     baselines.warm_up(series)
@@ -214,8 +214,8 @@ def with_predictor(problem: Problem, parameters: Parameters) -> Parameters:
     without = _block_errors(problem, off, blocks)
     best, least = off, BETTER_BY * math.sqrt(np.mean(np.square(without)))
     for tolerance in _TOLERANCES:
-        gate = _rounded(tolerance * problem.misfit(off))
-        on = replace(off, {"predictor.enabled": True, "gate.tolerance": gate})
+        gate = {"gate.tolerance": _rounded(tolerance * problem.misfit(off))}
+        on = replace(off, {"predictor.enabled": True, **allowed(Parameters, gate)})
         errors = _block_errors(problem, on, blocks)
         whole = math.sqrt(np.mean(np.square(errors)))
         helped = sum(a < b for a, b in zip(errors, without, strict=True))

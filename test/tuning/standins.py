@@ -23,7 +23,7 @@ class Standin(NamedTuple):
     """A kind of recording; all of it in units of the signal and seconds.
 
     Attributes:
-        motion: How the signal moves: turns, swings, drives or ranges.
+        motion: How the signal moves: turns, swings, drives, ranges or heats.
         busy: Which half has most of the motion: both, first or second.
         seconds: Length.
         s1_hz: Rate of S1.
@@ -126,6 +126,10 @@ STANDINS = MappingProxyType(
         "ranges_outliers": Standin(
             "ranges", s1_hz=20.0, s2_hz=5.0, noise=0.05, bias=-0.1, walk=0.01, spikes=0.02,
             longest_spike=3, lag=0.4, s2_noise=0.01, quantum=0.02, outliers=0.03,
+        ),
+        "block_temp": Standin(
+            "heats", seconds=14400.0, s1_hz=1.0 / 3.0, s2_hz=1.0 / 3.0, noise=0.5, bias=2.0,
+            walk=0.01, lag=150.0, delay=10.0, s2_noise=0.05,
         ),
         "late_drift": Standin(
             "swings", s1_hz=20.0, s2_hz=5.0, noise=0.03, slope=0.01, walk=0.02, late=True,
@@ -264,7 +268,24 @@ def _ranges(generator: np.random.Generator, time_s: Reals, active: Reals) -> Rea
     return np.asarray(2.0 + moved - _low_pass(moved, time_s[1], 20.0), np.float64)
 
 
-_MOTIONS = {"turns": _turns, "swings": _swings, "drives": _drives, "ranges": _ranges}
+def _heats(generator: np.random.Generator, time_s: Reals, active: Reals) -> Reals:
+    """Return the temperature of a block whose heater is on now and then, for minutes."""
+    power = np.zeros(time_s.size)
+    now = 0.0
+    while now < time_s[-1]:
+        length = generator.uniform(120.0, 1200.0)
+        power[(time_s >= now) & (time_s < now + length)] = generator.choice([0.0, 0.5, 1.0])
+        now += length
+    return 20.0 + 80.0 * _low_pass(_low_pass(power, time_s[1], 60.0), time_s[1], 1500.0)
+
+
+_MOTIONS = {
+    "turns": _turns,
+    "swings": _swings,
+    "drives": _drives,
+    "ranges": _ranges,
+    "heats": _heats,
+}
 
 
 def _coloured(generator: np.random.Generator, time_s: Reals, memory: float, size: float) -> Reals:

@@ -9,7 +9,6 @@ import pytest
 
 from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.tuning.search import Pool, Search, minimise
-from fuzzy_fusion_ros.tuning.space import Axis, Space
 
 HILL = Search(
     lambda x: float(np.sum(np.square(x - 0.7))), np.array([0.1, 0.9, 0.5]), 0.1, 2000, (4, 2)
@@ -75,29 +74,3 @@ def test_an_error_ends_all_searches() -> None:
 
     with pytest.raises(ZeroDivisionError), Pool(2, nothing, 1) as pool:
         pool.run([HILL._replace(cost=broken), HILL._replace(cost=endless, evaluations=10**9)])
-
-
-@pytest.mark.parametrize(
-    ("axis", "place", "value"),
-    [
-        (Axis("a", 0.1, 10.0, 1.0), 0.5, 1.0),
-        (Axis("a", 0.1, 10.0, 1.0), 1.0, 10.0),
-        (Axis("a", -1.0, 3.0, 0.0, logarithmic=False), 0.25, 0.0),
-    ],
-)
-def test_axes_go_both_ways(axis: Axis, place: float, value: float) -> None:
-    assert axis.value(place) == pytest.approx(value)
-    assert axis.place(value) == pytest.approx(place)
-    assert axis.place(1e9) == 1.0
-    assert axis.place(-1e9) == 0.0
-
-
-def test_a_space_multiplies_shares_out() -> None:
-    axes = [
-        Axis("r.large", 1.0, 100.0, 10.0),
-        Axis("r.small", 0.0, 0.5, 0.1, logarithmic=False, share_of="r.large"),
-    ]
-    space = Space(axes, {"t": 7.0})
-    assert space.values(space.point({"r.small": 0.5})) == pytest.approx(
-        {"t": 7.0, "r.large": 10.0, "r.small": 5.0}
-    )

@@ -7,17 +7,19 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from tuning.quick import be_quick
-from tuning.recordings import Made, Sensors, made
+from tuning.recordings import START_NS, Made, Sensors, made
+from tuning.standins import standin
 
 from fuzzy_fusion_ros.baselines import methods
-from fuzzy_fusion_ros.batch.arrays import Reals
-from fuzzy_fusion_ros.batch.series import fusion, run
+from fuzzy_fusion_ros.batch.arrays import Reals, Stamps
+from fuzzy_fusion_ros.batch.series import Series, fusion, run
+from fuzzy_fusion_ros.core.estimator import FUSED
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import flatten, replace
-from fuzzy_fusion_ros.tuning import Tuned, TuneError, fit_baselines, tune
+from fuzzy_fusion_ros.tuning import Tuned, TuneError, characterise, fit_baselines, tune
 from fuzzy_fusion_ros.tuning.fit import Problem
 from fuzzy_fusion_ros.tuning.model_selection import BLOCKS, FittedCandidate, blocks_of, chosen
-from fuzzy_fusion_ros.tuning.report import as_json, comments, outcome
+from fuzzy_fusion_ros.tuning.report import as_json, comments, described, outcome
 from fuzzy_fusion_ros.tuning.tune import (
     INSTANT,
     SHORTENING_COSTS,
@@ -96,6 +98,47 @@ def test_the_rest_of_the_parameters_stays(recording: Made, patch: pytest.MonkeyP
 
 def test_a_lost_s2_is_soon_noticed(tuned: Tuned) -> None:
     assert tuned.parameters.s2.timeout == pytest.approx(0.6)
+
+
+def test_an_s2_that_is_delivered_late_is_not_taken_for_lost(patch: pytest.MonkeyPatch) -> None:
+    series, truth = made(SENSORS)
+    late_s2 = series._replace(s2_known=np.append(np.zeros(50, np.int64), series.s2_known[:-50]))
+    sensors = characterise(late_s2)
+    assert sensors.s2_delivery == pytest.approx(2.0, abs=0.05)
+    assert "delivered up to 2 s after" in "\n".join(described(sensors, ""))
+    result = tune(late_s2, truth)
+    trace = run(fusion(result.parameters), late_s2)
+    assert result.parameters.s2.timeout == pytest.approx(2.6, abs=0.05)
+    assert np.mean(trace.mode == FUSED) > 0.9
+
+
+def test_a_slow_process_is_tuned_and_beats_the_better_sensor(patch: pytest.MonkeyPatch) -> None:
+    series, truth = standin("block_temp", 0)
+    result = tune(series, truth)
+    assert result.sensors.lag.total == pytest.approx(160.0, rel=0.05)
+    assert result.error < 0.7 * min(result.baseline_errors["s1"], result.baseline_errors["s2"])
+    assert "S1: one sample in 3 s" in "\n".join(comments(result, "K", "a bag"))
+
+
+@pytest.mark.parametrize("scale", [1e-4, 1e5])
+def test_any_scale_of_time_and_signal_is_tuned(scale: float, patch: pytest.MonkeyPatch) -> None:
+    series, truth = made(SENSORS)
+
+    def scaled(stamps_ns: Stamps) -> Stamps:
+        return START_NS + np.round((stamps_ns - START_NS) * scale).astype(np.int64)
+
+    signal = 1.0 / scale
+    result = tune(
+        Series(
+            scaled(series.s1_ns),
+            signal * series.s1,
+            scaled(series.s2_ns),
+            signal * series.s2,
+            series.s2_known,
+        ),
+        signal * truth,
+    )
+    assert result.error < min(result.baseline_errors["s1"], result.baseline_errors["s2"])
 
 
 def test_the_fit_is_what_it_says(tuned: Tuned, recording: Made) -> None:
