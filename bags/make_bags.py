@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy_fusion_ros.bag import BagWriter, QosProfile, jazzy_types, open_bag
+from fuzzy_fusion_ros.bag import BagWriter, jazzy_types, offered_qos, open_bag
 from fuzzy_fusion_ros.baselines import ConstantWeightParameters, constant_weight
 from fuzzy_fusion_ros.batch.series import Method, fusion
 from fuzzy_fusion_ros.core.sample import Sample
@@ -129,7 +129,7 @@ class Recorder:
         self._point = point_template(jazzy_types())
         self._writer = BagWriter(path)
         for topic in topics:
-            self._writer.add_topic(topic, POINT, qos=[QosProfile()])
+            self._writer.add_topic(topic, POINT, qos=[offered_qos()])
 
     def __enter__(self) -> Recorder:
         return self

@@ -218,6 +218,21 @@ print(*sys.modules)
     assert set(loaded.split()) & NOT_FOR_THE_METHOD == set()
 
 
+def test_a_node_that_records_nothing_loads_no_bag_library() -> None:
+    loaded = python(
+        """
+import sys
+import fuzzy_fusion_ros.bag
+import fuzzy_fusion_ros.nodes.fusion_node
+import fuzzy_fusion_ros.nodes.pendulum_node
+import fuzzy_fusion_ros.nodes.sensor_subscriber
+print(*{name.partition(".")[0] for name in sys.modules})
+"""
+    )
+    assert "rclpy" in loaded.split()
+    assert set(loaded.split()) & {"rosbags", "mcap", "zstandard", "lz4"} == set()
+
+
 def test_importing_has_no_effects() -> None:
     """Every module is imported in one process, after the libraries that it stands on."""
     libraries = sorted(

@@ -10,6 +10,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from bag.making import decoded
 
 from fuzzy_fusion_ros.bag import open_bag
 from fuzzy_fusion_ros.cli import score
@@ -33,7 +34,7 @@ def script() -> ModuleType:
 def samples(path: Path, topic: str) -> np.ndarray:
     """Return stamps and numbers of a topic, shape (n, 2)."""
     with open_bag(path) as bag:
-        return np.array([(each.log_ns, bag.decode(each).point.x) for each in bag.messages([topic])])
+        return np.array([(each.log_ns, decoded(each).point.x) for each in bag.messages([topic])])
 
 
 @pytest.mark.parametrize("name", SIMULATED)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from bench import estimator, lockstep, memory, programs, replaying, startup, transport
+from bench import bags, estimator, lockstep, memory, programs, replaying, startup, transport
 from bench.effort import TINY, Effort
 from bench.table import Row, at_least, at_most, markdown
 
@@ -20,6 +20,7 @@ from bench.table import Row, at_least, at_most, markdown
         lockstep.rows,
         startup.rows,
         replaying.rows,
+        bags.rows,
         memory.rows,
         programs.rows,
     ],

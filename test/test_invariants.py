@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from bag.making import decoded
 from bag.recorded import messages, read, swing, write_scalars
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -73,7 +74,7 @@ def ros_arguments(settings: dict[str, Any]) -> list[str]:
 def values(path: Path, topic: str) -> list[float]:
     """Return the numbers on a topic."""
     with open_bag(path) as bag:
-        return [bag.decode(each).point.x for each in bag.messages([topic])]
+        return [decoded(each).point.x for each in bag.messages([topic])]
 
 
 def replayed(source: Path, output: Path, changes: dict[str, Any]) -> Path:

@@ -1,4 +1,8 @@
-"""The ``metadata.yaml`` of a rosbag2 directory."""
+"""The ``metadata.yaml`` of a rosbag2 directory, and the QoS profiles of its topics.
+
+Read here instead of by rosbags because a bag whose metadata are missing or wrong is read all the
+same (measured by test/bag/test_reader.py). QoS profiles are rosbags'.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +13,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
+from rosbags.interfaces import (
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
 
 from fuzzy_fusion_ros.bag.topic import Topic
 from fuzzy_fusion_ros.parameters.errors import BagError
@@ -16,8 +28,9 @@ from fuzzy_fusion_ros.parameters.errors import BagError
 METADATA_NAME = "metadata.yaml"
 VERSION = 9
 
-_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # ten times as fast, where it is there
+_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # ten times faster, where libyaml is
 _ROOT = "rosbag2_bagfile_information"
+_INFINITE = QosTime(9_223_372_036, 854_775_807)  # 2^63 - 1 ns, as rosbag2 writes it
 
 
 class Metadata(NamedTuple):
@@ -110,13 +123,80 @@ def write_metadata(directory: Path, information: str) -> None:
     os.replace(draft, directory / METADATA_NAME)
 
 
+def offered_qos(
+    depth: int = 10, reliability: str = "reliable", durability: str = "volatile"
+) -> Qos:
+    """Return a profile that a publisher may offer; the other policies are ROS' defaults.
+
+    Args:
+        depth: Messages kept.
+        reliability: ``reliable`` or ``best_effort``.
+        durability: ``volatile`` or ``transient_local``.
+    """
+    return Qos(
+        history=QosHistory.KEEP_LAST,
+        depth=depth,
+        reliability=QosReliability[reliability.upper()],
+        durability=QosDurability[durability.upper()],
+        deadline=_INFINITE,
+        lifespan=_INFINITE,
+        liveliness=QosLiveliness.AUTOMATIC,
+        liveliness_lease_duration=_INFINITE,
+        avoid_ros_namespace_conventions=False,
+    )
+
+
+def qos_to_text(profiles: Sequence[Qos]) -> str:
+    """Return profiles as the YAML text that an MCAP channel holds."""
+    described = _described(profiles)
+    return yaml.safe_dump(described, sort_keys=False).strip() if described else ""
+
+
+def qos_from_text(text: str) -> tuple[Qos, ...]:
+    """Return the profiles that a storage file describes, of any version of rosbag2.
+
+    Args:
+        text: YAML; empty for no profiles.
+
+    Raises:
+        BagError: The text describes no profiles.
+    """
+    if not text:
+        return ()
+    from rosbags.rosbag2.metadata import parse_qos  # 0.1 s that bags without profiles save
+
+    try:
+        described = yaml.safe_load(text) or []
+        if not isinstance(described, list):
+            raise TypeError("they are no list")
+        profiles = tuple(parse_qos(described))
+        if not all(isinstance(each, int) for profile in profiles for each in _numbers(profile)):
+            raise TypeError("a depth or a duration is no integer")
+    except (yaml.YAMLError, LookupError, TypeError, ValueError, AttributeError) as error:
+        raise BagError(f"offered QoS profiles {text!r} are not rosbag2's: {error}") from error
+    return profiles
+
+
+def _numbers(profile: Qos) -> tuple[object, ...]:
+    durations = (profile.deadline, profile.lifespan, profile.liveliness_lease_duration)
+    return (profile.depth, *(part for duration in durations for part in duration))
+
+
+def _described(profiles: Sequence[Qos]) -> list[Any]:
+    if not profiles:
+        return []
+    from rosbags.rosbag2.metadata import dump_qos_v9  # 0.1 s that bags without profiles save
+
+    return list(dump_qos_v9(list(profiles)))
+
+
 def _describe_topic(topic: Topic) -> dict[str, Any]:
     return {
         "topic_metadata": {
             "name": topic.name,
             "type": topic.msgtype,
             "serialization_format": topic.encoding,
-            "offered_qos_profiles": [profile.to_rosbag2() for profile in topic.qos],
+            "offered_qos_profiles": _described(topic.qos),
             "type_description_hash": topic.definition.digest if topic.definition else "",
         },
         "message_count": topic.message_count or 0,

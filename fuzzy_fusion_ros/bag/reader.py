@@ -11,7 +11,6 @@ from contextlib import ExitStack
 from functools import cached_property, partial
 from operator import attrgetter
 from pathlib import Path
-from typing import Any
 
 import zstandard
 
@@ -91,7 +90,8 @@ class BagReader:
     @property
     def problems(self) -> list[str]:
         """One line per thing that is not whole; reading on can add some."""
-        return list(self._problems.lines)
+        of_types = [f"{self.path.name}: {each}" for each in self.types.problems]
+        return [*self._problems.lines, *of_types]
 
     @property
     def message_count(self) -> int | None:
@@ -101,10 +101,7 @@ class BagReader:
     @cached_property
     def types(self) -> BagTypes:
         """The message types, as the bag describes them."""
-        types = BagTypes(self._described)
-        for problem in types.problems:
-            self._problems.note(self.path.name, problem)
-        return types
+        return BagTypes(self._described)
 
     def require_topics(self, *names: str) -> None:
         """Make sure that topics are in the bag.
@@ -163,15 +160,6 @@ class BagReader:
         stop_ns = self._limit_ns(end_s, _FOREVER_NS)
         found = self._in_order(lambda each: each.messages(names, start_ns, stop_ns))
         return self._decompress(found) if self._is_message_compressed else found
-
-    def decode(self, message: BagMessage) -> Any:
-        """Return a message as rosbags' dataclass.
-
-        Raises:
-            BagError: Its type is neither described by the bag nor part of ROS 2 Jazzy.
-            MessageError: This message does not have the layout of its type.
-        """
-        return self.types.decode(message.msgtype, message.data)
 
     def _open(self, files: list[Path], opening: ExitStack) -> list[Storage]:
         """Open all files that can be; refuse if none can."""

@@ -1,4 +1,8 @@
-"""Reads the messages of one sqlite3 file of rosbag2 in the order of their log times."""
+"""Reads the messages of one sqlite3 file of rosbag2 in the order of their log times.
+
+Instead of rosbags' reader because that leaves out what a killed recorder left in the write-ahead
+log, and stops at the first damaged row (measured by test/bag/test_damage.py).
+"""
 
 from __future__ import annotations
 
@@ -9,7 +13,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from fuzzy_fusion_ros.bag.qos import qos_from_rosbag2
+from fuzzy_fusion_ros.bag.metadata import qos_from_text
 from fuzzy_fusion_ros.bag.topic import BagMessage, Definition, Topic
 from fuzzy_fusion_ros.parameters.errors import BagError
 
@@ -19,9 +23,6 @@ _DAMAGE = (sqlite3.Error, UnicodeDecodeError, LookupError, TypeError, ValueError
 
 class SqliteFile:
     """One sqlite3 file, of any version of rosbag2.
-
-    It is read by Python's sqlite3, which also sees what a killed recorder left in the
-    write-ahead log; rosbags' reader leaves that out.
 
     Attributes:
         topics: What the file holds.
@@ -128,7 +129,7 @@ class SqliteFile:
         columns = row.keys()
         offered = row["offered_qos_profiles"] if "offered_qos_profiles" in columns else ""
         try:
-            qos = qos_from_rosbag2(offered)
+            qos = qos_from_text(offered)
         except BagError as error:
             self._note(f"topic {row['name']}: {error}")
             qos = ()

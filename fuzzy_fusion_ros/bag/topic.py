@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from fuzzy_fusion_ros.bag.qos import QosProfile
+if TYPE_CHECKING:
+    from rosbags.interfaces import Qos
 
 
 class Definition(NamedTuple):
@@ -12,7 +13,7 @@ class Definition(NamedTuple):
 
     Attributes:
         encoding: ``ros2msg`` or ``ros2idl``.
-        text: The definition with those of all nested types behind it.
+        text: The definition, followed by those of all nested types.
         digest: The type's RIHS01 hash; empty where it is not known.
     """
 
@@ -37,7 +38,7 @@ class Topic(NamedTuple):
     msgtype: str
     message_count: int | None = None
     definition: Definition | None = None
-    qos: tuple[QosProfile, ...] = ()
+    qos: tuple[Qos, ...] = ()
     encoding: str = "cdr"
 
 

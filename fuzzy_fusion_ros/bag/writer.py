@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from rosbags.interfaces import Qos
+
 from fuzzy_fusion_ros.bag.mcap.writer import McapWriter
-from fuzzy_fusion_ros.bag.metadata import describe_bag, write_metadata
-from fuzzy_fusion_ros.bag.qos import QosProfile, qos_to_text
+from fuzzy_fusion_ros.bag.metadata import describe_bag, qos_to_text, write_metadata
 from fuzzy_fusion_ros.bag.topic import Definition, Topic
 from fuzzy_fusion_ros.bag.typestore import BagTypes, jazzy_types
 from fuzzy_fusion_ros.parameters.errors import BagError
@@ -16,19 +17,18 @@ from fuzzy_fusion_ros.parameters.errors import BagError
 class BagWriter:
     """A new rosbag2 directory with one MCAP file, as rosbag2 of Jazzy writes it.
 
-    It is a context manager. ``metadata.yaml`` is there from the start and kept up, roughly,
-    while the bag grows, so a bag whose recorder was killed opens too. The same messages give
-    the same bytes. One thread at a time may use it; :meth:`close` may come at any point, from
-    a signal handler too.
+    A context manager. ``metadata.yaml`` exists from the start and is rewritten whenever the bag
+    has doubled, so that a bag whose recorder was killed opens too. The same messages give the
+    same bytes. If a write is interrupted (Ctrl-C), :meth:`close` still completes the bag.
     """
 
     def __init__(self, path: str | Path, types: BagTypes | None = None) -> None:
         """Create the bag.
 
         Args:
-            path: The directory; it must not exist or be empty.
-            types: Where definitions come from that are not given; Jazzy's and the installed
-                types unless given.
+            path: The directory; it must be empty or not exist.
+            types: Source of definitions that :meth:`add_topic` is not given; Jazzy's and the
+                installed types unless given.
 
         Raises:
             BagError: The directory holds something or cannot be written.
@@ -67,7 +67,7 @@ class BagWriter:
         topic: str,
         msgtype: str,
         *,
-        qos: Iterable[QosProfile] = (),
+        qos: Iterable[Qos] = (),
         definition: Definition | None = None,
     ) -> None:
         """Declare a topic before its first message.
@@ -76,12 +76,11 @@ class BagWriter:
             topic: Its name, such as ``/s1``.
             msgtype: ``package/msg/Type``.
             qos: The profiles that it is offered with.
-            definition: The definition of the type, as a reader gives it; looked up unless
+            definition: The definition of the type, as a reader returns it; looked up unless
                 given.
 
         Raises:
-            BagError: The topic is there already with another type, or the type has no
-                definition.
+            BagError: The topic exists with another type, or the type has no definition.
         """
         if topic in self._channels:
             self._require_type(topic, msgtype)
@@ -104,7 +103,7 @@ class BagWriter:
         """Write a message.
 
         Args:
-            topic: Declared before, or declared now with no QoS.
+            topic: Declared before, else declared now without QoS.
             msgtype: ``package/msg/Type``, that of the topic.
             log_ns: When it was received, ns since the epoch, not negative.
             data: CDR with its encapsulation header.
@@ -128,22 +127,16 @@ class BagWriter:
         try:
             if self._file.write(channel[1], log_ns, data):
                 self._keep_metadata_up()
-        except (OSError, ValueError) as error:
-            if self._file.is_closed():
-                return  # by a signal handler that came in between, with this message in it
-            if not isinstance(error, OSError):
-                raise
+        except OSError as error:
             self._failure = error
             raise self._refusal(error) from error
 
     def close(self) -> None:
         """Write what is pending, the index and the metadata; the second call does nothing.
 
-        A call that was interrupted can be made again.
-
         Raises:
-            BagError: They cannot be written, and no write said so before; what was written
-                before stays readable.
+            BagError: They cannot be written, and no write has said so; what was written before
+                stays readable.
         """
         if self._file.is_closed():
             return
@@ -151,15 +144,11 @@ class BagWriter:
             self._file.flush()
             self._file.finish(self._description())
             self._write_metadata()
-        except (OSError, ValueError) as error:
-            if self._file.is_closed():
-                return  # by a signal handler that came in between
-            self._file.close()
-            if not isinstance(error, OSError):
-                raise
+        except OSError as error:
             if self._failure is None:
                 raise self._refusal(error) from error
-        self._file.close()
+        finally:
+            self._file.close()
 
     def _require_type(self, topic: str, msgtype: str) -> None:
         known = self._channels[topic][0]
@@ -167,7 +156,7 @@ class BagWriter:
             raise BagError(f"topic {topic!r} is of type {known!r}, not {msgtype!r}")
 
     def _keep_metadata_up(self) -> None:
-        """Write the metadata anew whenever the bag has doubled."""
+        """Rewrite the metadata if the bag has doubled since."""
         if self._file.chunk_count >= 2 * self._described_chunks:
             self._write_metadata()
 

@@ -9,7 +9,6 @@ from fuzzy_fusion_ros.messages.type_fields import FieldType, InstalledTypes, Typ
 from fuzzy_fusion_ros.messages.type_names import (
     load_message_class,
     normalise_type_name,
-    type_name_of,
 )
 
 __all__ = [
@@ -25,5 +24,4 @@ __all__ = [
     "normalise_type_name",
     "numeric_fields",
     "resolve_field",
-    "type_name_of",
 ]

@@ -1,7 +1,11 @@
 """Serialised messages: CDR, as ROS 2 writes it.
 
-A message is its fields one after another. A number is aligned to its own size, counted from
-behind the encapsulation header; texts, sequences and nothing else begin with a count.
+Instead of rclpy's and rosbags' serialisation because stamp and number are replaced in a message
+whose other bytes stay as they are, and read in 0.3 to 0.7 of rosbags' CPU time and 0.1 to 0.4 of
+rclpy's (measured by test/bench/bags.py and test/messages/test_codec.py).
+
+A message is its fields, one after another. A number is aligned to its own size, counted from the
+end of the encapsulation header; texts and sequences begin with a count, nothing else does.
 """
 
 from __future__ import annotations

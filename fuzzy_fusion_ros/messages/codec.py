@@ -1,4 +1,7 @@
-"""A message becomes a sample, a sample becomes a message: one class for node and bag alike."""
+"""A message becomes a sample, and a sample becomes a message, in nodes and bags.
+
+Instead of deserialising with rclpy or rosbags: see :mod:`fuzzy_fusion_ros.messages.cdr`.
+"""
 
 from __future__ import annotations
 

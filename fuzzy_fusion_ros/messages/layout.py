@@ -1,4 +1,7 @@
-"""Where things lie in serialised messages."""
+"""Where fields are in serialised messages.
+
+Instead of deserialising with rclpy or rosbags: see :mod:`fuzzy_fusion_ros.messages.cdr`.
+"""
 
 from __future__ import annotations
 

@@ -32,16 +32,6 @@ def normalise_type_name(text: str) -> str:
     return f"{match[1]}/msg/{match[2]}"
 
 
-def type_name_of(message: object) -> str:
-    """Return the type name of an rclpy or rosbags message (its class name if it is neither)."""
-    cls = type(message)
-    named = getattr(cls, "__msgtype__", None)
-    if isinstance(named, str):
-        return named
-    package, _, module = cls.__module__.partition(".")
-    return f"{package}/msg/{cls.__name__}" if module.startswith("msg.") else cls.__name__
-
-
 def load_message_class(type_name: str) -> Any:
     """Return the installed rclpy class of a message type.
 

@@ -197,8 +197,8 @@ def _profile(topic: Topic) -> QoSProfile:
     profile = QoSProfile(depth=DEEP)
     if offered is not None:
         profile.depth = max(offered.depth, DEEP)
-        if offered.reliability == "best_effort":
+        if offered.reliability.name == "BEST_EFFORT":
             profile.reliability = ReliabilityPolicy.BEST_EFFORT
-        if offered.durability == "transient_local":
+        if offered.durability.name == "TRANSIENT_LOCAL":
             profile.durability = DurabilityPolicy.TRANSIENT_LOCAL
     return profile

@@ -11,7 +11,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
-from fuzzy_fusion_ros.bag.qos import QosProfile
+from fuzzy_fusion_ros.bag.metadata import offered_qos
 from fuzzy_fusion_ros.bag.reader import BagReader, open_bag
 from fuzzy_fusion_ros.bag.topic import BagMessage, Definition, Topic
 from fuzzy_fusion_ros.bag.writer import BagWriter
@@ -89,7 +89,7 @@ def replay(
             if topic.name not in written:
                 _declare(writer, topic)
         for name, msgtype in station.outputs.items():
-            writer.add_topic(name, msgtype, qos=[QosProfile()])
+            writer.add_topic(name, msgtype, qos=[offered_qos()])
         kept = [name for name in bag.topics if name not in written]
         for message in progress(bag.messages(kept, start_s, end_s)):
             for out in station.before(message.log_ns):

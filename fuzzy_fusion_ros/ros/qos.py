@@ -17,7 +17,6 @@ from rclpy.qos import (
 )
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
-from fuzzy_fusion_ros.bag.qos import QosProfile as RecordedProfile
 from fuzzy_fusion_ros.parameters.errors import ParameterError
 
 OUTPUT = QoSProfile(depth=10)
@@ -90,15 +89,6 @@ def _profiles(ends: Iterable[Any]) -> str:
         for each in ends
     ]
     return "; ".join(profiles) or "none any more"
-
-
-def recorded(profile: QoSProfile) -> RecordedProfile:
-    """Return a profile as a bag keeps it."""
-    return RecordedProfile(
-        depth=profile.depth,
-        reliability=profile.reliability.name.lower(),
-        durability=profile.durability.name.lower(),
-    )
 
 
 def _words(policy: Any) -> str:

@@ -1,12 +1,10 @@
-"""Records what a node takes and publishes, bytes unchanged, as rosbag2 would."""
+"""Records what a node receives and publishes, bytes unchanged, as rosbag2 would."""
 
 from __future__ import annotations
 
 from typing import Protocol
 
 from rclpy.qos import QoSProfile
-
-from fuzzy_fusion_ros.ros.qos import recorded
 
 
 class Recorder(Protocol):
@@ -22,7 +20,7 @@ class Recorder(Protocol):
         """Declare a topic by its full name."""
 
     def write(self, topic: str, log_ns: int, data: bytes) -> None:
-        """Record a message; log times that run backwards are held."""
+        """Record a message; a log time before that of the last message is raised to it."""
 
     def close(self) -> None:
         """Finish the bag."""
@@ -54,7 +52,7 @@ class BagRecorder:
         Raises:
             BagError: The directory is not empty or cannot be written.
         """
-        from fuzzy_fusion_ros.bag import BagWriter  # costs start-up time that few nodes need
+        from fuzzy_fusion_ros.bag import BagWriter  # loads rosbags and mcap, which few nodes need
 
         self._writer = BagWriter(path)
         self._types: dict[str, str] = {}
@@ -62,11 +60,14 @@ class BagRecorder:
 
     def add(self, topic: str, type_name: str, qos: QoSProfile) -> None:
         """Declare a topic by its full name."""
+        from fuzzy_fusion_ros.bag import offered_qos
+
+        offered = offered_qos(qos.depth, qos.reliability.name.lower(), qos.durability.name.lower())
         self._types[topic] = type_name
-        self._writer.add_topic(topic, type_name, qos=[recorded(qos)])
+        self._writer.add_topic(topic, type_name, qos=[offered])
 
     def write(self, topic: str, log_ns: int, data: bytes) -> None:
-        """Record a message; log time only orders, so it never runs backwards."""
+        """Record a message; its log time is never before that of the last one."""
         self._newest_ns = max(self._newest_ns, log_ns)
         self._writer.write(topic, self._types[topic], self._newest_ns, data)
 

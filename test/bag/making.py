@@ -6,7 +6,7 @@ import io
 import struct
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, IndexType
@@ -27,6 +27,17 @@ STORE = get_typestore(Stores.ROS2_JAZZY)
 def definition_text(msgtype: str) -> str:
     """Return the definition of one of Jazzy's types with its nested types."""
     return STORE.generate_msgdef(msgtype, ros_version=2)[0]
+
+
+def decoded(message: BagMessage) -> Any:
+    """Return a message of one of Jazzy's types as rosbags reads it.
+
+    Bytes after the message are ignored: rclpy leaves some where an array is empty, and rosbags
+    refuses such messages as a whole.
+    """
+    kind = STORE.get_msgdef(message.msgtype)
+    read = kind.deserialize_cdr_le if message.data[1] else kind.deserialize_cdr_be
+    return read(message.data[4:], 0, kind.cls, STORE)[0]
 
 
 def point_data(stamp_ns: int, value: float) -> bytes:

@@ -17,6 +17,7 @@ from bag.making import (
     POINT,
     STEP_NS,
     McapOptions,
+    decoded,
     float_data,
     points,
     write_bag,
@@ -101,8 +102,8 @@ def test_what_was_written_is_read(write: Write, tmp_path: Path) -> None:
         assert bag.message_count in {100, None}
         assert (bag.start_ns, bag.end_ns) == (messages[0].log_ns, messages[-1].log_ns)
         assert bag.problems == []
-        decoded = [bag.decode(message).point.x for message in bag.messages()]
-        assert decoded == [0.5 + at for at in range(100)]
+        values = [decoded(message).point.x for message in bag.messages()]
+        assert values == [0.5 + at for at in range(100)]
 
 
 def test_it_can_be_read_again_and_twice_at_once(write: Write, tmp_path: Path) -> None:

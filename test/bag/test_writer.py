@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import errno
 import hashlib
+import itertools
 import os
 import signal
 import subprocess
 import sys
 import types
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -29,17 +29,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
+from rosbags.interfaces import QosTime
 
 from fuzzy_fusion_ros.bag import (
     BagMessage,
     BagWriter,
     Definition,
-    QosProfile,
-    mcap_writer,
     metadata,
+    offered_qos,
     open_bag,
     writer,
 )
+from fuzzy_fusion_ros.bag.mcap import writer as mcap_writer
+from fuzzy_fusion_ros.messages import FieldType
 from fuzzy_fusion_ros.parameters.errors import BagError
 
 HASH = "RIHS01_4c0296af86e01e562e9e0405d138a01537247580076c58ea38d7923ac1045897"
@@ -84,9 +86,9 @@ def test_all_readers_read_the_same(
 
 
 def test_the_metadata_are_those_of_rosbag2(tmp_path: Path) -> None:
-    qos = QosProfile(depth=5, reliability="best_effort", deadline_ns=1_500_000_000)
+    qos = offered_qos(depth=5, reliability="best_effort")._replace(deadline=QosTime(1, 500_000_000))
     with BagWriter(tmp_path / "run") as bag:
-        bag.add_topic("/s1", POINT, qos=[qos, QosProfile()])
+        bag.add_topic("/s1", POINT, qos=[qos, offered_qos()])
         bag.add_topic("/unused", FLOAT)
         for message in points(150):
             bag.write(*message)
@@ -133,10 +135,10 @@ def test_the_metadata_are_those_of_rosbag2(tmp_path: Path) -> None:
         "liveliness_lease_duration": infinite,
         "avoid_ros_namespace_conventions": False,
     }
-    assert offered[1] == QosProfile().to_rosbag2()
+    assert (offered[1]["depth"], offered[1]["reliability"]) == (10, "reliable")
     assert (second["topic_metadata"]["name"], second["message_count"]) == ("/unused", 0)
     with open_bag(tmp_path / "run") as read:
-        assert read.topics["/s1"].qos == (qos, QosProfile())
+        assert read.topics["/s1"].qos == (qos, offered_qos())
         assert read.topics["/unused"].message_count == 0
 
 
@@ -173,7 +175,7 @@ def test_a_topic_can_be_copied_from_a_bag_with_all_that_describes_it(tmp_path: P
     unknown = Definition("ros2msg", "float64 a\nfloat64 b", "RIHS01_" + "0" * 64)
     message = BagMessage("/x", "secret_msgs/msg/Pair", 5, b"\0\1\0\0" + bytes(16))
     with BagWriter(tmp_path / "one") as bag:
-        bag.add_topic("/x", message.msgtype, qos=[QosProfile(depth=3)], definition=unknown)
+        bag.add_topic("/x", message.msgtype, qos=[offered_qos(depth=3)], definition=unknown)
         bag.write(*message)
     with open_bag(tmp_path / "one") as source, BagWriter(tmp_path / "two") as target:
         for topic in source.topics.values():
@@ -184,7 +186,7 @@ def test_a_topic_can_be_copied_from_a_bag_with_all_that_describes_it(tmp_path: P
         assert one.topics == two.topics
         assert two.topics["/x"].definition == unknown
         assert list(two.messages()) == [message]
-        assert two.decode(message).b == 0.0
+        assert list(two.types.fields(message.msgtype)) == ["a", "b"]
 
 
 def test_one_type_may_come_with_two_definitions(tmp_path: Path) -> None:
@@ -195,8 +197,8 @@ def test_one_type_may_come_with_two_definitions(tmp_path: Path) -> None:
     with open_bag(tmp_path / "bag") as read:
         definitions = [topic.definition.text for topic in read.topics.values() if topic.definition]
         assert definitions == [definition_text(FLOAT), "float64 other"]
-        assert read.decode(next(read.messages())).data == 2.0
-        assert "described in two ways; the first is used" in read.problems[0]
+        assert read.types.fields(FLOAT) == {"data": FieldType("float64")}
+        assert "std_msgs/msg/Float64 has two definitions; using the first" in read.problems[0]
 
 
 def test_a_type_without_any_definition_is_refused(
@@ -356,8 +358,7 @@ def test_after_an_interrupt_the_bag_can_be_closed_whole(tmp_path: Path) -> None:
 
 WATCHED = {writer.__file__, mcap_writer.__file__, metadata.__file__}
 
-
-# The last of these messages fills a chunk, so that all of the writer's code is gone through.
+# The last of these messages fills a chunk, so that all of the writer's code is executed.
 CHUNK = [*points(3), points(101)[-1]]
 
 
@@ -378,12 +379,12 @@ class Interrupt:
         return self
 
 
-def interrupted(line: int, action: Callable[[], None]) -> bool:
-    """Run something, interrupted at a line of the writer; return whether it came that far."""
+def interrupted(bag: BagWriter, line: int) -> bool:
+    """Write the last message, interrupted at a line; return whether it came that far."""
     before = sys.gettrace()
     sys.settrace(Interrupt(line))
     try:
-        action()
+        bag.write(*CHUNK[-1])
     except KeyboardInterrupt:
         return True
     finally:
@@ -391,92 +392,20 @@ def interrupted(line: int, action: Callable[[], None]) -> bool:
     return False
 
 
-def lines() -> Iterator[int]:
-    """Yield 1, 2, 3 and so on."""
-    yield from range(1, 10_000)
-
-
-def test_an_interrupt_at_any_line_loses_at_most_the_message_being_written(
-    tmp_path: Path,
-) -> None:
+def test_an_interrupt_at_any_line_of_a_write_loses_at_most_that_message(tmp_path: Path) -> None:
+    """Ctrl-C in a replay."""
     messages = CHUNK
-    for line in lines():
+    for line in itertools.count(1):
         path = tmp_path / str(line) / "bag"
-        bag = BagWriter(path)
-        for message in messages[:-1]:
-            bag.write(*message)
-        came = interrupted(line, lambda bag=bag: bag.write(*messages[-1]))  # type: ignore[misc]
-        bag.close()
+        with BagWriter(path) as bag:
+            for message in messages[:-1]:
+                bag.write(*message)
+            came = interrupted(bag, line)
         with open_bag(path) as read:
             found = list(read.messages())
             assert read.problems == []
         assert found in (messages[:-1], messages)
         if not came:
-            assert line > 50
-            return
-
-
-def test_closing_can_be_interrupted_at_any_line_and_done_again(tmp_path: Path) -> None:
-    messages = CHUNK[:-1]
-    for line in lines():
-        path = tmp_path / str(line) / "bag"
-        bag = BagWriter(path)
-        for message in messages:
-            bag.write(*message)
-        came = interrupted(line, bag.close)
-        bag.close()
-        with open_bag(path) as read:
-            assert list(read.messages()) == messages
-            assert read.problems == []
-        if not came:
-            assert line > 50
-            return
-
-
-class Handler:
-    """Closes the bag at the n-th line that the writer executes, as a signal handler would."""
-
-    def __init__(self, bag: BagWriter, line: int) -> None:
-        self.bag = bag
-        self.left = line
-
-    def __call__(self, frame: types.FrameType, event: str, argument: object) -> Any:
-        if frame.f_code.co_filename not in WATCHED:
-            return None
-        if event == "line":
-            self.left -= 1
-            if self.left == 0:
-                sys.settrace(None)
-                self.bag.close()
-        return self
-
-
-@pytest.mark.parametrize("last", ["write", "close"])
-def test_a_signal_handler_may_close_the_bag_at_any_line(tmp_path: Path, last: str) -> None:
-    messages = CHUNK
-    for line in lines():
-        path = tmp_path / str(line) / "bag"
-        bag = BagWriter(path)
-        for message in messages[:-1]:
-            bag.write(*message)
-        before = sys.gettrace()
-        handler = Handler(bag, line)
-        sys.settrace(handler)
-        try:
-            if last == "write":
-                bag.write(*messages[-1])
-            else:
-                bag.close()
-        except BagError as error:
-            assert "is closed" in str(error)  # noqa: PT017
-        finally:
-            sys.settrace(before)
-        bag.close()
-        with open_bag(path) as read:
-            found = list(read.messages())
-            assert read.problems == []
-        assert found in (messages[:-1], messages)
-        if handler.left > 0:
             assert line > 50
             return
 

@@ -6,7 +6,17 @@ import argparse
 import sys
 from collections.abc import Callable
 
-from bench import estimator, lockstep, machine, memory, programs, replaying, startup, transport
+from bench import (
+    bags,
+    estimator,
+    lockstep,
+    machine,
+    memory,
+    programs,
+    replaying,
+    startup,
+    transport,
+)
 from bench.effort import FULL, TINY, Effort
 from bench.table import Row, line, markdown
 
@@ -16,6 +26,7 @@ BENCHMARKS: dict[str, Callable[[Effort], list[Row]]] = {
     "lockstep": lockstep.rows,
     "start-up": startup.rows,
     "replay": replaying.rows,
+    "bags": bags.rows,
     "memory": memory.rows,
     "programs": programs.rows,
 }

@@ -8,7 +8,7 @@ import signal
 from pathlib import Path
 from typing import NamedTuple
 
-from bag.making import chunk_ends, salvage_by_mcap
+from bag.making import chunk_ends, decoded, salvage_by_mcap
 
 from faults.waiting import as_arguments, wait_until
 from fuzzy_fusion_ros.bag import open_bag
@@ -77,7 +77,7 @@ def kill(harness: Harness, folder: Path, seed: int, whole: list[float]) -> Kille
     data = file.read_bytes()
     with open_bag(path) as bag:
         messages = list(bag.messages())
-        found = [bag.decode(each).point.x for each in messages if each.topic == "/s1"]
+        found = [decoded(each).point.x for each in messages if each.topic == "/s1"]
         assert {each.data for each in messages} >= set(salvage_by_mcap(data))
         assert found == whole[: len(found)]
         assert (len(messages) > 0) == (len(chunk_ends(data)) > 0)

@@ -6,7 +6,7 @@ import random
 from pathlib import Path
 
 import pytest
-from bag.making import POINT, point_data
+from bag.making import POINT, decoded, point_data
 
 from faults.fusing import run
 from faults.injector import FAULTS
@@ -30,7 +30,7 @@ def replayed(source: Path, output: Path) -> tuple[Replayed, list[tuple[int, floa
     with open_bag(source) as bag:
         done = replay(bag, output, Topics(), Parameters())
     with open_bag(output) as bag:
-        found = [bag.decode(each) for each in bag.messages(["/estimate"])]
+        found = [decoded(each) for each in bag.messages(["/estimate"])]
     stamps = [each.header.stamp.sec * 10**9 + each.header.stamp.nanosec for each in found]
     return done, [(ns, each.point.x) for ns, each in zip(stamps, found, strict=True)]
 

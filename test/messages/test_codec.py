@@ -9,13 +9,13 @@ from collections.abc import Mapping
 from typing import Any
 
 import pytest
+from bag.making import STORE, decoded
 from hypothesis import given
 from hypothesis import strategies as st
 from messages.worlds import World
 from rclpy.serialization import deserialize_message, serialize_message
-from rosbags.typesys import Stores, get_typestore
 
-from fuzzy_fusion_ros.bag import jazzy_types
+from fuzzy_fusion_ros.bag import BagMessage
 from fuzzy_fusion_ros.messages import (
     FieldType,
     InstalledTypes,
@@ -201,13 +201,12 @@ def test_every_number_of_any_message_is_the_one_that_others_read(
     rclpy: World, rosbags: World, type_name: str, big_endian: bool
 ) -> None:
     generator = random.Random(type_name)
-    store = get_typestore(Stores.ROS2_JAZZY)
     for _ in range(10):
         message = rclpy.filled(type_name, generator)
         data = serialize_message(message)
         if big_endian:
-            decoded = store.deserialize_cdr(jazzy_types().serialize(message), type_name)
-            data = bytes(store.serialize_cdr(decoded, type_name, little_endian=False))
+            read = decoded(BagMessage("", type_name, 0, data))
+            data = bytes(STORE.serialize_cdr(read, type_name, little_endian=False))
         for path, value in rclpy.numbers(message):
             for types in (InstalledTypes(), rosbags.types):
                 codec = ScalarCodec(types, type_name, path)

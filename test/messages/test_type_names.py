@@ -7,9 +7,8 @@ from pathlib import Path
 
 import pytest
 from geometry_msgs.msg import PointStamped
-from messages.worlds import Rosbags
 
-from fuzzy_fusion_ros.messages import load_message_class, normalise_type_name, type_name_of
+from fuzzy_fusion_ros.messages import load_message_class, normalise_type_name
 from fuzzy_fusion_ros.messages.type_names import installed_type_names
 from fuzzy_fusion_ros.parameters.errors import MessageError
 
@@ -102,9 +101,3 @@ def test_a_package_that_does_not_import_is_told_from_one_that_is_not_there(
 def test_what_is_no_message_class_is_not_loaded() -> None:
     with pytest.raises(MessageError, match="is not installed"):
         load_message_class("geometry_msgs/msg/Metaclass_Point")
-
-
-def test_a_message_tells_its_type() -> None:
-    assert type_name_of(PointStamped()) == "geometry_msgs/msg/PointStamped"
-    assert type_name_of(Rosbags().new("std_msgs/msg/Float64")) == "std_msgs/msg/Float64"
-    assert type_name_of(3) == "int"

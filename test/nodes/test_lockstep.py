@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bag.making import decoded
 
 from fuzzy_fusion_ros.bag import open_bag
 from fuzzy_fusion_ros.batch.series import fusion
@@ -34,7 +35,7 @@ def recorded(bag: Path) -> dict[str, np.ndarray]:
     with open_bag(bag) as reader:
         rows: dict[str, list[tuple[int, float]]] = {topic: [] for topic in TOPICS}
         for message in reader.messages(TOPICS):
-            point = reader.decode(message)
+            point = decoded(message)
             stamp = point.header.stamp
             rows[message.topic].append((stamp.sec * 10**9 + stamp.nanosec, point.point.x))
     return {topic: np.array(values, dtype=object) for topic, values in rows.items()}

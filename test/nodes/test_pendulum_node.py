@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from bag.making import decoded
 from nodes.watching import Log
 from rclpy.qos import QoSProfile
 
@@ -27,7 +28,7 @@ FEEDBACKS = ("s1", "s2", "average", "truth")
 
 def points(bag: Path, topic: str) -> list[float]:
     with open_bag(bag) as reader:
-        return [reader.decode(message).point.x for message in reader.messages([topic])]
+        return [decoded(message).point.x for message in reader.messages([topic])]
 
 
 def run(harness: Harness, parameters: dict[str, Any]) -> PendulumNode:

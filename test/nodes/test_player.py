@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bag.making import FLOAT, float_data
+from bag.making import FLOAT, decoded, float_data
 from bag.recorded import Scalar, at, messages, swing, write_scalars
 from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
 
-from fuzzy_fusion_ros.bag import BagMessage, BagWriter, Definition, QosProfile, open_bag
+from fuzzy_fusion_ros.bag import BagMessage, BagWriter, Definition, offered_qos, open_bag
 from fuzzy_fusion_ros.cli.replay import main
 from fuzzy_fusion_ros.messages import load_message_class
 from fuzzy_fusion_ros.testing import Harness
@@ -136,7 +136,7 @@ def test_a_node_that_listens_gives_what_a_replay_gives(
     arguments = ["--params", str(params), "--output", str(tmp_path / "out")]
     assert main([str(paired), *arguments]) == 0
     with open_bag(tmp_path / "out") as replayed:
-        expected = [replayed.decode(each).point.x for each in replayed.messages(["/estimate"])]
+        expected = [decoded(each).point.x for each in replayed.messages(["/estimate"])]
     assert [each.point.x for each in found] == expected
 
 
@@ -175,7 +175,7 @@ def test_types_that_are_not_installed_are_left_out(harness: Harness, tmp_path: P
 
 
 def test_best_effort_stays_best_effort(harness: Harness, tmp_path: Path) -> None:
-    profile = QosProfile(reliability="best_effort", durability="transient_local")
+    profile = offered_qos(reliability="best_effort", durability="transient_local")
     with BagWriter(tmp_path / "bag") as writer:
         writer.add_topic("/s1", FLOAT, qos=[profile])
         for k in range(200):

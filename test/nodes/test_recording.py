@@ -7,6 +7,7 @@ import os
 from pathlib import Path
 
 import pytest
+from bag.making import decoded
 
 from fuzzy_fusion_ros.bag import BagMessage, open_bag
 from fuzzy_fusion_ros.core.sample import Sample
@@ -107,7 +108,7 @@ def test_bytes_are_recorded_as_they_came_whatever_their_type(
     harness.spin_until(lambda: len(heard) == 2)
     harness.remove(node)
     with open_bag(tmp_path / "bag") as bag:
-        names = [list(bag.decode(each).name) for each in bag.messages(["/s1"])]
+        names = [list(decoded(each).name) for each in bag.messages(["/s1"])]
         assert bag.topics["/s1"].msgtype == kind
     assert names == [["wheel"], ["pole"]]
 

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bag.making import FLOAT, float_data
+from bag.making import FLOAT, decoded, float_data
 from bag.recorded import SECOND, Scalar, at, messages, read, swing, write_scalars
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
-from fuzzy_fusion_ros.bag import BagWriter, open_bag, serialize
+from fuzzy_fusion_ros.bag import BagWriter, open_bag
 from fuzzy_fusion_ros.batch.series import fusion, run
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.offline.recording import read_explanation, read_recording
@@ -79,9 +80,7 @@ def test_the_series_gives_what_the_fusion_gives(tmp_path: Path, trigger: str) ->
         while trigger == "timer" and each.log_ns >= next_ns:
             given.append(node.tick())
             next_ns += round(SECOND / 37.0)
-        with open_bag(path) as bag:
-            value = bag.decode(each)
-        sample = Sample(each.log_ns, value.point.x)
+        sample = Sample(each.log_ns, decoded(each).point.x)
         if each.topic == "/s1":
             given.append(node.take_s1(sample, each.log_ns))
         if each.topic == "/s2":
@@ -127,7 +126,8 @@ def test_a_message_without_the_element_is_left_out(tmp_path: Path) -> None:
         for k in range(3):
             joints.header.stamp.sec = at(k) // SECOND
             joints.position = [float(each) for each in range(k)]
-            writer.write("/s1", "sensor_msgs/msg/JointState", at(k), serialize(joints))
+            data = serialize_message(joints)
+            writer.write("/s1", "sensor_msgs/msg/JointState", at(k), data)
             writer.write("/s2", FLOAT, at(k), float_data(k))
     recording = read(tmp_path / "bag", Topics(fields={"s1": "position[0]"}))
     assert recording.s1.stamps_ns.tolist() == [at(1.0), at(2.0)]

@@ -8,15 +8,15 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from bag.making import FLOAT, POINT, float_data, point_data
+from bag.making import FLOAT, POINT, decoded, float_data, point_data
 from bag.recorded import Scalar, at, messages, read, swing, write_scalars
 
 from fuzzy_fusion_ros.bag import (
     BagMessage,
     BagWriter,
     Definition,
-    QosProfile,
     Topic,
+    offered_qos,
     open_bag,
 )
 from fuzzy_fusion_ros.batch.series import fusion, run
@@ -55,7 +55,7 @@ def replayed(
 def scalars(path: Path, topic: str, field: str = "x") -> list[float]:
     """Return the numbers on a topic."""
     with open_bag(path) as bag:
-        return [getattr(bag.decode(each).point, field) for each in bag.messages([topic])]
+        return [getattr(decoded(each).point, field) for each in bag.messages([topic])]
 
 
 def test_the_new_bag_holds_the_old_messages_and_the_new_estimates(tmp_path: Path) -> None:
@@ -71,8 +71,7 @@ def test_the_new_bag_holds_the_old_messages_and_the_new_estimates(tmp_path: Path
     assert scalars(tmp_path / "out", "/fusion_node/aggregate") == trace.aggregate.tolist()
     with open_bag(tmp_path / "out") as bag:
         strengths = [
-            bag.decode(each).data.tolist()
-            for each in bag.messages(["/fusion_node/firing_strengths"])
+            decoded(each).data.tolist() for each in bag.messages(["/fusion_node/firing_strengths"])
         ]
         assert sorted(bag.topics) == sorted([*kept, "/estimate", *EXPLAINED])
         assert bag.problems == []
@@ -130,7 +129,7 @@ def test_the_estimate_may_have_a_type_of_its_own(tmp_path: Path) -> None:
     changes: dict[str, object] = {"estimate.type": "sensor_msgs/msg/Temperature"}
     replayed(source, tmp_path / "out", changes)
     with open_bag(tmp_path / "out") as bag:
-        found = [bag.decode(each) for each in bag.messages(["/estimate"])]
+        found = [decoded(each) for each in bag.messages(["/estimate"])]
     trace = run(fusion(Parameters()), read(source).series)
     assert [each.temperature for each in found] == trace.value.tolist()
     assert found[7].header.stamp.nanosec == 70_000_000
@@ -202,7 +201,7 @@ def test_the_span_is_half_open(tmp_path: Path) -> None:
 
 
 def test_topics_keep_what_is_known_of_them(tmp_path: Path) -> None:
-    profile = QosProfile(depth=3, reliability="best_effort")
+    profile = offered_qos(depth=3, reliability="best_effort")
     with BagWriter(tmp_path / "in") as writer:
         writer.add_topic("/s1", POINT, qos=[profile])
         for each in swing(0.1):

@@ -1,1 +1,1 @@
-"""MCAP files: an index, a scan that salvages damaged files, and a writer."""
+"""MCAP files: a reader that recovers what is intact in a damaged file, and a writer."""

@@ -1,4 +1,9 @@
-"""Reads the messages of one MCAP file, whole or damaged, in the order of their log times."""
+"""Reads the messages of one MCAP file, intact or damaged, in the order of their log times.
+
+Instead of mcap's and rosbags' readers because these stop at the first damaged byte, where this one
+skips one chunk, and because it takes 0.6 of rosbags' CPU time per message and 0.2 to 0.3 of mcap's
+(measured by test/bench/bags.py).
+"""
 
 from __future__ import annotations
 
@@ -20,7 +25,7 @@ from fuzzy_fusion_ros.bag.mcap.index import (
 )
 from fuzzy_fusion_ros.bag.mcap.records import DAMAGE, HEAD, Records, split_records
 from fuzzy_fusion_ros.bag.mcap.scan import McapScan
-from fuzzy_fusion_ros.bag.qos import qos_from_rosbag2
+from fuzzy_fusion_ros.bag.metadata import qos_from_text
 from fuzzy_fusion_ros.bag.topic import BagMessage, Definition, Topic
 from fuzzy_fusion_ros.messages.type_names import normalise_type_name
 from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
@@ -32,9 +37,8 @@ _Entry = tuple[int, int, int, bytes]
 class McapFile:
     """One MCAP file.
 
-    It is read by its chunks: those that the summary lists, else those that are found by
-    reading the file through. Chunks are decompressed one at a time and a damaged one is left
-    out, which neither rosbags' reader nor mcap's can do: they give up at the first damage.
+    It is read chunk by chunk: those that the summary lists, else those that a scan of the whole
+    file finds. A damaged chunk is skipped.
 
     Attributes:
         topics: What the file holds.
@@ -161,7 +165,7 @@ class McapFile:
             text = schema.data.decode(errors="replace")
             definition = Definition(schema.encoding, text, digest)
         try:
-            qos = qos_from_rosbag2(channel.metadata.get("offered_qos_profiles", ""))
+            qos = qos_from_text(channel.metadata.get("offered_qos_profiles", ""))
         except BagError as error:
             self._note(f"topic {channel.topic}: {error}")
             qos = ()

@@ -1,4 +1,8 @@
-"""Where the messages of an MCAP file are, as its summary says."""
+"""Where the messages of an MCAP file are, as its summary says.
+
+Instead of mcap's ``get_summary`` because that believes offsets, counts and times that cannot be
+true, and fails on the first record that is damaged (measured by test/bag/test_damage.py).
+"""
 
 from __future__ import annotations
 

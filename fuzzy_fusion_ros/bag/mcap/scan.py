@@ -1,4 +1,8 @@
-"""Where the messages of an MCAP file without a good summary are: the file is read through."""
+"""Where the messages of an MCAP file without a usable summary are: the whole file is scanned.
+
+Instead of mcap's ``StreamReader`` because that stops at the first damaged byte, where this scan
+continues with the next intact chunk (measured by test/bench/bags.py).
+"""
 
 from __future__ import annotations
 
@@ -33,10 +37,10 @@ _CHUNK_HEAD_BYTES = HEAD.size + CHUNK_FIELDS + len("zstd")
 
 
 class McapScan:
-    """Reads a file from its begin, as far as it is whole, and goes on behind what is not.
+    """Scans a file from its start and continues after whatever is damaged.
 
-    A chunk counts as whole if it decompresses and its checksum holds. Where records are not
-    in chunks, nothing behind a damaged length can be found.
+    A chunk is intact if it decompresses and its checksum matches. Where records are not in
+    chunks, nothing after a damaged length can be found.
     """
 
     def __init__(self, file: BinaryIO, size: int, note: Callable[[str], None]) -> None:

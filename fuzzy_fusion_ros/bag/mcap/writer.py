@@ -1,4 +1,9 @@
-"""Writes one MCAP file in chunks that are whole on disk as soon as they are written."""
+"""Writes one MCAP file, chunk by chunk.
+
+Instead of mcap's and rosbags' writers because it takes 0.5 to 0.6 of their CPU time per message,
+and because a chunk that a full disk refuses is rolled back, so that the file stays readable
+(measured by test/bench/bags.py and test/faults/test_full_disk.py).
+"""
 
 from __future__ import annotations
 
@@ -38,9 +43,9 @@ _Message = tuple[int, int, bytes]  # channel id, log time in ns, data
 
 @dataclass(frozen=True)
 class _Progress:
-    """What stands on disk, and what is to come; replaced as a whole, so never half new."""
+    """What is on disk, and what is pending; replaced as a whole, so an interrupt cannot tear it."""
 
-    end: int = 0  # of what is whole in the file
+    end: int = 0  # of the last complete chunk
     chunks: int = 0
     described: int = 0  # schema and channel records in the file
     counts: Counter[int] = field(default_factory=Counter)
@@ -52,12 +57,9 @@ class _Progress:
 class McapWriter:
     """A writer of one MCAP file of the profile ``ros2``.
 
-    It puts mcap's records together itself: the writers of mcap and rosbags build a chunk in
-    place, and an interrupt (SIGINT in the middle of a call) can leave it half made. Here a
-    chunk is built aside, written by one call and only then counted, so the file can be finished
-    after an interrupt at any point, and after SIGKILL all whole chunks are there.
-
-    Where a chunk ends depends on the messages alone: the same messages give the same bytes.
+    A chunk is built in memory, written by one call and only then counted: the file can be
+    finished after Ctrl-C in a write, and after SIGKILL every complete chunk is readable. Where a
+    chunk ends depends on the messages alone: the same messages give the same bytes.
     """
 
     def __init__(self, path: Path) -> None:
@@ -173,7 +175,7 @@ class McapWriter:
         data = record + encode([DataEnd(0)])
         data += self._summary(done.end + len(data), index) + MCAP0_MAGIC
         self._put(done.end, data)
-        self._file.truncate(done.end + len(data))  # an interrupted chunk may have been longer
+        self._file.truncate(done.end + len(data))  # an interrupted write may have left more
 
     def close(self) -> None:
         """Close the file as it is."""
