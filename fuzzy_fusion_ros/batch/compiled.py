@@ -14,7 +14,7 @@ import os
 import types
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 ROOMS = ("core", "batch", "simulation", "baselines", "paper")
 """Where compiled functions live."""
@@ -35,6 +35,29 @@ def compiled(function: F, **replaced: Callable[..., Any]) -> F:
     """
     twin: F = _twin(function, tuple(sorted(replaced.items())))
     return twin
+
+
+def interpreted(function: F, **replaced: Callable[..., Any]) -> F:
+    """Return ``function`` bound as by :func:`compiled`, but interpreted.
+
+    For a run or two, which take less time than the compiler does; results are the same.
+
+    Args:
+        function: As for :func:`compiled`.
+        replaced: As for :func:`compiled`.
+    """
+    bound: Any = types.FunctionType(
+        function.__code__,
+        {**function.__globals__, **replaced},
+        function.__name__,
+        function.__defaults__,
+    )
+    return cast(F, bound)
+
+
+def can_compile() -> bool:
+    """Return whether numba is installed."""
+    return importlib.util.find_spec("numba") is not None
 
 
 @functools.cache
@@ -67,7 +90,7 @@ def _is_ours(function: Any) -> bool:
 @functools.cache
 def _jit() -> Callable[[Any], Any]:
     """Return numba's compiler, set to keep its work, or the identity where it is missing."""
-    if importlib.util.find_spec("numba") is None:
+    if not can_compile():
         return lambda function: function
     import numba  # costs start-up time that only long runs win back
 

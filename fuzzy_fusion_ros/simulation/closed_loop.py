@@ -6,6 +6,7 @@ or by a method in :func:`simulate`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -116,13 +117,20 @@ def disturbance_at(scenario: Scenario, k: int) -> float:
     return 0.0
 
 
-def simulate(method: Method, scenario: Scenario, generator: np.random.Generator) -> Run:
+def simulate(
+    method: Method,
+    scenario: Scenario,
+    generator: np.random.Generator,
+    *,
+    bind: Callable[..., Any] = compiled,
+) -> Run:
     """Balance the pendulum on the estimates of a method.
 
     Args:
         method: The method, in its initial state.
         scenario: The benchmark's numbers.
         generator: Source of the sensors' noise; one per run, seeded by the caller.
+        bind: Binds the loop to the method: ``compiled`` for many runs, ``interpreted`` for one.
     """
     n = samples_in(scenario)
     step_ns = round(scenario.sample_time * 1e9)
@@ -135,7 +143,7 @@ def simulate(method: Method, scenario: Scenario, generator: np.random.Generator)
         trace=empty_trace(n),
         survived=n,
     )
-    loop = compiled(_simulate, observe_s2=method.observe_s2, update=method.update)
+    loop = bind(_simulate, observe_s2=method.observe_s2, update=method.update)
     survived = loop(
         method.parameters,
         method.state,

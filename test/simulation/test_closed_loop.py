@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from reference import aggregator, benchmark
 
-from fuzzy_fusion_ros.batch.series import Series, empty_trace, fusion
+from fuzzy_fusion_ros.batch.compiled import interpreted
+from fuzzy_fusion_ros.batch.series import Series, fusion
 from fuzzy_fusion_ros.batch.series import run as run_series
 from fuzzy_fusion_ros.core.aggregator import aggregate
 from fuzzy_fusion_ros.core.estimator import observe_s2, update
 from fuzzy_fusion_ros.parameters.fusion import Parameters
-from fuzzy_fusion_ros.parameters.group import numbers, replace
-from fuzzy_fusion_ros.simulation import closed_loop
+from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.simulation.closed_loop import (
     Run,
     act,
@@ -77,9 +78,9 @@ def bits(run: Run) -> list[bytes]:
     return [*(array.tobytes() for array in arrays), str(run.survived).encode()]
 
 
-def simulated(parameters: Parameters, seed: int, scenario: Scenario = SHORT) -> Run:
+def simulated(parameters: Parameters, seed: int, scenario: Scenario = SHORT, **options: Any) -> Run:
     """Run a short benchmark."""
-    return simulate(fusion(parameters), scenario, np.random.default_rng(seed))
+    return simulate(fusion(parameters), scenario, np.random.default_rng(seed), **options)
 
 
 @pytest.mark.parametrize("seed", [0, 1])
@@ -152,38 +153,14 @@ def test_stepping_as_a_node_does_is_the_run_bit_for_bit(parameters: Parameters) 
 
 @pytest.mark.parametrize("parameters", [PINNED, PREDICTING])
 def test_compiled_is_interpreted_bit_for_bit(parameters: Parameters) -> None:
-    method = fusion(parameters)
-    fast = simulated(parameters, 6)
-    slow = fast._replace(
-        truth=np.full(200, FALLEN),
-        s1=np.zeros(200),
-        s2=np.zeros(200),
-        control=np.zeros(200),
-        trace=empty_trace(200),
-    )
-    survived = closed_loop._simulate(
-        method.parameters,
-        method.state,
-        numbers(SHORT),
-        at_start(SHORT),
-        draw_noise(np.random.default_rng(6), 200),
-        slow,
-    )
-    assert bits(slow._replace(survived=survived)) == bits(fast)
+    assert bits(simulated(parameters, 6, bind=interpreted)) == bits(simulated(parameters, 6))
 
 
 def test_an_interpreted_fall_ends_the_run() -> None:
     toppled = replace(SHORT, {"plant.initial_angle": 1.5, "controller.limit": 0.0})
     run = simulated(PINNED, 0, toppled)
-    method = fusion(PINNED)
-    slow = run._replace(truth=np.full(200, FALLEN))
-    noise = draw_noise(np.random.default_rng(0), 200)
-    loop = at_start(toppled)
-    survived = closed_loop._simulate(
-        method.parameters, method.state, numbers(toppled), loop, noise, slow
-    )
-    assert survived == run.survived < 200
-    assert slow.truth.tobytes() == run.truth.tobytes()
+    assert run.survived < 200
+    assert bits(simulated(PINNED, 0, toppled, bind=interpreted)) == bits(run)
 
 
 def test_a_replay_of_what_the_sensors_read_gives_the_estimates_of_the_run() -> None:
