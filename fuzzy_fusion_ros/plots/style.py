@@ -6,7 +6,7 @@ shades of grey. Importing this changes nothing in matplotlib; :func:`styled` doe
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType
@@ -82,19 +82,32 @@ def styled() -> Iterator[None]:
         yield
 
 
-def new_figure(rows: int = 1, columns: int = 1, height_px: int = 500) -> tuple[Figure, list[Axes]]:
+def new_figure(
+    rows: int = 1,
+    columns: int = 1,
+    height_px: int = 500,
+    *,
+    heights: Sequence[float] | None = None,
+    share_x: bool = True,
+) -> tuple[Figure, list[Axes]]:
     """Return a figure as wide as a README shows it, and its axes row by row.
-
-    Axes of one column share the x axis.
 
     Args:
         rows: Rows of axes.
         columns: Columns of axes.
-        height_px: Height of the whole.
+        height_px: Height of the figure.
+        heights: Relative heights of the rows; equal unless given.
+        share_x: Whether the axes of a column share their x axis.
     """
     figure = Figure(figsize=(WIDTH_PX / _DPI, height_px / _DPI), dpi=_DPI, layout="constrained")
     FigureCanvasAgg(figure)
-    axes = figure.subplots(rows, columns, sharex="col", squeeze=False)
+    axes = figure.subplots(
+        rows,
+        columns,
+        sharex="col" if share_x else False,
+        squeeze=False,
+        height_ratios=heights,
+    )
     return figure, list(axes.flat)
 
 

@@ -1,4 +1,4 @@
-"""What ``score --plot`` draws: traces, errors, and what stands behind the estimate, over time."""
+"""What ``score --plot`` draws: traces, a close-up, errors, and the weight and drift behind them."""
 
 from __future__ import annotations
 
@@ -8,40 +8,58 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from fuzzy_fusion_ros.batch.arrays import Reals, root_mean_square
+from fuzzy_fusion_ros.batch.arrays import Flags, Reals, root_mean_square
+from fuzzy_fusion_ros.plots.close_up import close_up
 from fuzzy_fusion_ros.plots.style import COLOURS, NAMES, new_figure, save, styled, with_unit
 from fuzzy_fusion_ros.scoring.score import Score
 
 SHOWN = ("s1", "s2", "estimate")
-"""What is drawn beside the truth; more would cover one another."""
+"""What is drawn beside the truth; more lines would hide one another."""
 
 COLUMNS = 1500
-"""So many points along the time axis are drawn at most, each as the range that it stands for."""
+"""At most this many points along the time axis, each drawn as the range that it stands for."""
+
+STRETCHES = 150
+"""Of how many stretches of time the RMS error is drawn."""
 
 CONSTANT = 1e-9
-"""What varies by less is constant but for rounding."""
+"""A series that varies by less is constant but for rounding."""
 
 
 def plot_score(score: Score, path: str | Path) -> None:
-    """Draw one recording into a file; weight and drift only where they are not constant.
+    """Draw a scored recording into a file.
+
+    Weight and drift are drawn where they are known and not constant.
 
     Args:
         score: The recording, scored.
-        path: The file; its suffix names the format.
+        path: The file; its suffix is the format.
 
     Raises:
         FusionError: The file cannot be written or the format is unknown.
     """
     behind = [name for name, values in score.behind.items() if np.ptp(values) > CONSTANT]
+    heights = [260, 320, 240, *(150 for _ in behind)]
     with styled():
-        figure, axes = new_figure(rows=2 + len(behind), height_px=380 + 170 * len(behind) + 170)
-        _draw_traces(axes[0], score)
-        _draw_errors(axes[1], score)
-        for each, name in zip(axes[2:], behind, strict=True):
-            _draw(each, score.time_s, score.behind[name], "estimate", name)
+        figure, axes = new_figure(
+            rows=len(heights), height_px=sum(heights) + 70, heights=heights, share_x=False
+        )
+        whole, near, errors, *rest = axes
+        close = close_up(score.time_s, score.truth, score.values["s2"])
+        _draw_traces(whole, score, np.ones_like(close))
+        _draw_traces(near, score, close)
+        whole.axvspan(*score.time_s[close][[0, -1]], color="#000000", alpha=0.08, linewidth=0)
+        near.set_title("the shaded stretch", loc="left", fontsize="medium")
+        _draw_errors(errors, score)
+        for each, name in zip(rest, behind, strict=True):
+            _draw(each, score.time_s, score.behind[name], "estimate", linewidth=0.8)
             each.set_ylabel(with_unit(name, score.unit if name == "drift" else ""))
+        for each in (whole, errors, *rest):
+            each.set_xlim(score.time_s[0], score.time_s[-1])
         axes[-1].set_xlabel("time / s")
+        _legend_above(whole)
         figure.suptitle(Path(score.name).name, fontsize="medium")
         save(figure, path)
 
@@ -49,7 +67,7 @@ def plot_score(score: Score, path: str | Path) -> None:
 def plot_paths(path: str | Path, scores: Sequence[Score]) -> list[Path]:
     """Return the files for several recordings: one as given, more with the bags' names added.
 
-    Bags of one name in several folders are numbered, too.
+    Bags of the same name in different directories are numbered, too.
     """
     given = Path(path)
     if len(scores) == 1:
@@ -60,50 +78,48 @@ def plot_paths(path: str | Path, scores: Sequence[Score]) -> list[Path]:
     return [given.with_stem(f"{given.stem}_{name}") for name in names]
 
 
-def _draw_traces(axes: Axes, score: Score) -> None:
-    for name in SHOWN:
-        _draw(axes, score.time_s, score.values[name], name, NAMES[name])
-    _draw(axes, score.time_s, score.truth, "truth", NAMES["truth"])
+def _draw_traces(axes: Axes, score: Score, where: Flags) -> None:
+    time_s = score.time_s[where]
+    _draw(axes, time_s, score.values["s1"][where], "s1", linewidth=0.6)
+    _draw(axes, time_s, score.values["s2"][where], "s2", linewidth=2.0)
+    _draw(axes, time_s, score.values["estimate"][where], "estimate", linewidth=1.4)
+    _draw(axes, time_s, score.truth[where], "truth", linewidth=0.9)
     axes.set_ylabel(with_unit("signal", score.unit))
-    _look_closer(axes, [score.truth, score.values["s2"], score.values["estimate"]])
-    _legend_above(axes)
+    axes.set_xlim(time_s[0], time_s[-1])
 
 
 def _draw_errors(axes: Axes, score: Score) -> None:
-    errors = {name: score.values[name] - score.truth for name in SHOWN}
-    for name, error in errors.items():
+    """Draw the RMS error over stretches of time, on a logarithmic scale, so that all are seen."""
+    starts = np.unique(np.linspace(0, score.time_s.size, STRETCHES, endpoint=False).astype(int))
+    counts = np.diff(np.append(starts, score.time_s.size))
+    for name in SHOWN:
+        error = score.values[name] - score.truth
+        means = np.add.reduceat(np.square(error), starts) / counts
         label = with_unit(f"{NAMES[name]}, RMSE {root_mean_square(error):.3g}", score.unit, " ")
-        _draw(axes, score.time_s, error, name, label)
-    axes.set_ylabel(with_unit("error", score.unit))
-    _look_closer(axes, [errors["s2"], errors["estimate"]])
+        axes.plot(
+            score.time_s[starts], np.sqrt(means), color=COLOURS[name], label=label, linewidth=1.4
+        )
+    axes.set_yscale("log")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+    axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axes.yaxis.set_minor_formatter(NullFormatter())
+    axes.set_ylabel(with_unit("RMS error", score.unit))
     _legend_above(axes)
 
 
-def _draw(axes: Axes, time_s: Reals, values: Reals, name: str, label: str) -> None:
+def _draw(axes: Axes, time_s: Reals, values: Reals, name: str, **look: Any) -> None:
     """Draw a line; a long series as the band from the least to the largest in each column."""
-    look: dict[str, Any] = {
-        "color": COLOURS[name],
-        "label": label,
-        "alpha": 0.6 if name == "s1" else 1.0,
-    }
+    look |= {"color": COLOURS[name], "label": NAMES[name]}
     if time_s.size <= 2 * COLUMNS:
         axes.plot(time_s, values, **look)
         return
     starts = np.linspace(0, time_s.size, COLUMNS, endpoint=False).astype(np.int64)
     low, high = np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)
     pairs = np.column_stack([low, high]).ravel()
-    axes.plot(np.repeat(time_s[starts], 2), pairs, linewidth=0.8, **look)
+    axes.plot(np.repeat(time_s[starts], 2), pairs, **look)
 
 
 def _legend_above(axes: Axes) -> None:
     legend = axes.legend(ncols=4, loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
     for line in legend.get_lines():
-        line.set(linewidth=2.0, alpha=1.0)
-
-
-def _look_closer(axes: Axes, shown: Sequence[Reals]) -> None:
-    """Set the limits by what matters; S1's noise may be cut."""
-    values = np.concatenate(shown)
-    low, high = np.quantile(values, [0.0005, 0.9995])
-    margin = 0.2 * max(high - low, 1e-12)
-    axes.set_ylim(low - margin, high + margin)
+        line.set(linewidth=2.0)

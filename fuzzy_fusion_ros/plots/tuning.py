@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,6 +16,7 @@ from fuzzy_fusion_ros.core.aggregator import aggregate
 from fuzzy_fusion_ros.core.estimator import WAITING
 from fuzzy_fusion_ros.core.membership import large
 from fuzzy_fusion_ros.parameters.fusion import AggregatorParameters, BreakPoints, Parameters
+from fuzzy_fusion_ros.plots.close_up import close_up
 from fuzzy_fusion_ros.plots.style import COLOURS, NAMES, WIDTH_PX, save, styled, with_unit
 from fuzzy_fusion_ros.tuning import Tuned
 from fuzzy_fusion_ros.tuning.kernel import outputs
@@ -26,9 +27,6 @@ _GRID = 60
 _LEVELS = 20
 _MOST_POINTS = 1500
 """Samples drawn on a surface, and points of a trace."""
-
-_CLOSE_UP = 60
-"""Intervals of S2 in the close-up of the traces."""
 
 
 class _Samples(NamedTuple):
@@ -129,27 +127,22 @@ def _said(rules: AggregatorParameters, difference: float, rate: float, name: str
 
 
 def _draw_traces(axes: Axes, tuned: Tuned, series: Series, unit: str) -> None:
-    """Draw a close-up where S2 moves most."""
+    """Draw a close-up of where the signal varies most."""
     s1_s, _ = seconds(series)
-    span = min(_CLOSE_UP * tuned.sensors.s2_interval, tuned.sensors.span)
-    middle = _busiest(s1_s, held_s2(series), span)
-    near = (s1_s >= middle - span / 2.0) & (s1_s <= middle + span / 2.0)
+    s2 = held_s2(series)
+    near = close_up(s1_s, tuned.target, s2)
     shown = {
         "s1": (series.s1, NAMES["s1"]),
-        "s2": (held_s2(series), NAMES["s2"]),
+        "s2": (s2, NAMES["s2"]),
         "average": (_estimate(tuned.before, series), "estimate before"),
         "estimate": (_estimate(tuned.parameters, series), "estimate after"),
         "truth": (tuned.target, NAMES["truth"] if tuned.with_truth else "reference"),
     }
     for name, (values, label) in shown.items():
-        thin: dict[str, Any] = {"linewidth": 0.7, "alpha": 0.6} if name == "s1" else {}
-        axes.plot(s1_s[near], values[near], color=COLOURS[name], label=label, **thin)
-    matters = np.concatenate([shown[each][0][near] for each in ("s2", "estimate", "truth")])
-    matters = matters[np.isfinite(matters)]
-    low, high = matters.min(), matters.max()
-    margin = 0.2 * max(high - low, 1e-12)
+        width = {"s1": 0.6, "s2": 2.0, "truth": 0.9}.get(name, 1.4)
+        axes.plot(s1_s[near], values[near], color=COLOURS[name], label=label, linewidth=width)
     axes.set(xlabel="time / s", ylabel=with_unit("signal", unit))
-    axes.set_ylim(low - margin, high + margin)
+    axes.set_xlim(s1_s[near][0], s1_s[near][-1])
     axes.legend(ncols=5, loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
 
 
@@ -172,15 +165,6 @@ def _estimate(parameters: Parameters, series: Series) -> Reals:
     """Return the estimate, NaN where there is none."""
     trace = run(fusion(parameters), series)
     return np.where(trace.mode == WAITING, np.nan, trace.value)
-
-
-def _busiest(s1_s: Reals, s2: Reals, span: float) -> float:
-    """Return the middle of the stretch where S2 moves most."""
-    moves = np.nan_to_num(np.abs(np.diff(s2, prepend=s2[:1])))
-    travelled = np.cumsum(moves)
-    ends = np.searchsorted(s1_s, s1_s + span, side="right") - 1
-    first = int(np.argmax(travelled[ends] - travelled))
-    return float(s1_s[first] + span / 2.0)
 
 
 def _reach(samples: Reals, ramp: BreakPoints) -> float:

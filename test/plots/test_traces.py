@@ -13,7 +13,15 @@ from bag.recorded import swing, write_scalars
 from fuzzy_fusion_ros.offline.topics import Topics
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.plots.style import new_figure
-from fuzzy_fusion_ros.plots.traces import COLUMNS, _draw, plot_paths, plot_score
+from fuzzy_fusion_ros.plots.traces import (
+    COLUMNS,
+    SHOWN,
+    _draw,
+    _draw_errors,
+    _draw_traces,
+    plot_paths,
+    plot_score,
+)
 from fuzzy_fusion_ros.scoring.score import Score, score_bag
 
 
@@ -45,15 +53,37 @@ def test_pyplot_knows_nothing_of_it(score: Score, tmp_path: Path) -> None:
 def test_names_and_units_are_in_it(score: Score, tmp_path: Path) -> None:
     plot_score(score, tmp_path / "all.svg")
     text = (tmp_path / "all.svg").read_text(encoding="utf-8")
-    for part in ("truth", "estimate, RMSE", "error / m/s²", "weight", "drift / m/s²", "time / s"):
+    for part in (
+        "truth",
+        "estimate, RMSE",
+        "RMS error / m/s²",
+        "weight",
+        "drift / m/s²",
+        "time / s",
+    ):
         assert f"<!-- {part}" in text
+
+
+def test_every_sensor_and_the_estimate_are_within_the_picture(score: Score) -> None:
+    values = score.values["s1"].copy()
+    values[[100, 200]] = [-50.0, 70.0]
+    noisy = score._replace(values={**score.values, "s1": values})
+    _, (traces, errors) = new_figure(rows=2)
+    _draw_traces(traces, noisy, np.ones(values.size, bool))
+    _draw_errors(errors, noisy)
+    for axes, names in ((traces, ["S1", "S2", "estimate", "truth"]), (errors, SHOWN)):
+        low, high = axes.get_ylim()
+        lines = axes.get_lines()
+        assert len(lines) == len(names)
+        for line in lines:
+            assert low <= np.min(line.get_ydata()) <= np.max(line.get_ydata()) <= high
 
 
 def test_a_long_series_keeps_its_peaks() -> None:
     values = np.sin(np.arange(100_000) * 0.1)
     values[[1234, 77_777]] = [5.0, -7.0]
     _, (axes,) = new_figure()
-    _draw(axes, np.arange(100_000) * 0.01, values, "s1", "S1")
+    _draw(axes, np.arange(100_000) * 0.01, values, "s1")
     (line,) = axes.get_lines()
     drawn = np.asarray(line.get_ydata())
     assert drawn.size == 2 * COLUMNS
