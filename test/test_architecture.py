@@ -46,7 +46,8 @@ MAY_IMPORT = {
     "ros": {"parameters", "core", "online", "messages", "bag"},
     "nodes": {"parameters", "core", "online", "messages", "bag", "simulation", "ros"},
     "testing": {"parameters", "core", "online", "messages", "simulation", "bag", "ros", "nodes"},
-    "cli": {
+    "jobs": {
+        "text",
         "parameters",
         "core",
         "online",
@@ -63,6 +64,26 @@ MAY_IMPORT = {
         "ros",
         "nodes",
         "testing",
+    },
+    "cli": {
+        "text",
+        "parameters",
+        "core",
+        "online",
+        "batch",
+        "simulation",
+        "baselines",
+        "tuning",
+        "paper",
+        "messages",
+        "bag",
+        "offline",
+        "scoring",
+        "plots",
+        "ros",
+        "nodes",
+        "testing",
+        "jobs",
     },
 }
 

@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from fuzzy_fusion_ros.cli import reproduce as cli
 from fuzzy_fusion_ros.cli.reproduce import figures_in, main
+from fuzzy_fusion_ros.jobs import reproduce as job
+from fuzzy_fusion_ros.jobs.reproduce import Reproduction
 from fuzzy_fusion_ros.paper.checks import CheckedClaim
 from fuzzy_fusion_ros.paper.methods import METHODS
 from fuzzy_fusion_ros.paper.sweep import SWEEPS, points_of
 from fuzzy_fusion_ros.paper.tables import FIGURES
-from fuzzy_fusion_ros.plots.reproduction import Reproduction
 
 SEEDS = 3
 
@@ -142,7 +142,7 @@ def canned(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
     def can(*checked: bool, target: bool = True) -> None:
         claims = [CheckedClaim(9, f"claim {v}", "x > 1", v, 2.0, (1.5, 2.5), "") for v in checked]
         targets = [CheckedClaim(18, "target", "x ≤ 1", target, 2.0, (1.5, 2.5), "nominal")]
-        monkeypatch.setattr(cli, "reproduce", lambda **_: Reproduction([], claims, targets))
+        monkeypatch.setattr(job, "reproduce", lambda *_, **__: Reproduction([], claims, targets))
 
     return can
 
@@ -167,7 +167,7 @@ def test_the_tables_are_printed(
     assert "9     holds  2      1.5 … 2.5      claim True" in printed.out
     assert printed.out.count("FAILS") == 2
     assert "(x ≤ 1; nominal)" in printed.out
-    assert printed.err == "reproduce: out/reproduce: figures and their numbers\n"
+    assert printed.err == "reproduce: figures and the numbers behind them are in out/reproduce\n"
 
 
 def test_json_on_stdout_is_alone_there(

@@ -1,1 +1,1 @@
-"""The executables: each file parses its arguments, calls one function, returns the status."""
+"""The executables: each file parses the arguments, calls one function and returns the status."""

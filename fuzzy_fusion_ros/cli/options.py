@@ -5,22 +5,32 @@ from __future__ import annotations
 import argparse
 import json
 import math
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
-from typing import NoReturn
+from typing import NoReturn, TypedDict
 
 from fuzzy_fusion_ros.cli.status import UsageError
+from fuzzy_fusion_ros.jobs.outputs import require_writable, writing
 from fuzzy_fusion_ros.offline.topics import ROLES, Topics
-from fuzzy_fusion_ros.parameters.file import parameters_from
-from fuzzy_fusion_ros.parameters.fusion import Parameters
+
+
+class Window(TypedDict):
+    """The span of a bag to read, seconds from its first message; ``None`` is no limit."""
+
+    start: float | None
+    end: float | None
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose errors are single lines."""
+    """A parser that reports an error in a single line."""
 
     def __init__(self, name: str, description: str | None) -> None:
-        """Name the command and say what it does."""
+        """Create a parser.
+
+        Args:
+            name: The command.
+            description: What it does.
+        """
         super().__init__(
             prog=name,
             description=description,
@@ -29,7 +39,7 @@ class Parser(argparse.ArgumentParser):
         )
 
     def error(self, message: str) -> NoReturn:
-        """Refuse the arguments.
+        """Reject the arguments.
 
         Raises:
             UsageError: Always.
@@ -61,9 +71,9 @@ def add_topics(parser: argparse.ArgumentParser) -> None:
         metavar="[TOPIC=]PATH",
         action="append",
         default=[],
-        help="where the number is in the messages: of one topic (by its name, or s1, s2, estimate "
-        "or truth), or of all whose type has the path; may be given several times; such as "
-        "/imu=linear_acceleration.x {the type's own: point.x of PointStamped}",
+        help="path of the number in the messages of a topic (its name, or s1, s2, estimate or "
+        "truth), or of every topic whose type has it; can be repeated; for example "
+        "/imu=linear_acceleration.x {the default of the type, such as point.x of PointStamped}",
     )
 
 
@@ -73,10 +83,13 @@ def add_window(parser: argparse.ArgumentParser) -> None:
         "--start",
         metavar="S",
         type=_seconds,
-        help="begin at this many seconds from the bag's first message {0}",
+        help="start this many seconds after the first message of the bag {0}",
     )
     parser.add_argument(
-        "--end", metavar="S", type=_seconds, help="end before this many {the bag's end}"
+        "--end",
+        metavar="S",
+        type=_seconds,
+        help="end this many seconds after the first message of the bag {its end}",
     )
 
 
@@ -87,35 +100,37 @@ def add_seed(parser: argparse.ArgumentParser, default: int = 0) -> None:
         metavar="N",
         type=_count,
         default=default,
-        help=f"seed of everything random; the same seed gives the same result {{{default}}}",
+        help=f"random seed; the same seed gives the same result {{{default}}}",
     )
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
     """Add ``--json``."""
     parser.add_argument(
-        "--json", metavar="FILE", help="write the result as JSON; - is stdout, and nothing else"
+        "--json",
+        metavar="FILE",
+        help="write the result as JSON; - writes it to stdout, and all else to stderr",
     )
 
 
 def add_plot(parser: argparse.ArgumentParser) -> None:
     """Add ``--plot``."""
     parser.add_argument(
-        "--plot", metavar="FILE", help="draw into a file: .png, .svg, .pdf, by its name"
+        "--plot", metavar="FILE", help="draw a plot; the suffix is the format: .png, .svg or .pdf"
     )
 
 
-def parameters_of(arguments: argparse.Namespace) -> Parameters:
-    """Return the fusion's parameters.
-
-    Raises:
-        ParameterError: The file cannot be used.
-    """
-    return parameters_from(arguments.params) if arguments.params else Parameters()
+def add_unit(parser: argparse.ArgumentParser) -> None:
+    """Add ``--unit``."""
+    parser.add_argument(
+        "--unit",
+        metavar="UNIT",
+        help="unit of the signal, for example m/s^2 {that of the message type, if it has one}",
+    )
 
 
 def topics_of(arguments: argparse.Namespace) -> Topics:
-    """Return the topics to read and where their numbers are.
+    """Return the topics to read, and the paths of the numbers in their messages.
 
     Raises:
         UsageError: A field is given for a topic that is not read.
@@ -130,30 +145,30 @@ def topics_of(arguments: argparse.Namespace) -> Topics:
         roles = [role for role in ROLES if owner in {role, names[role]}]
         if not roles:
             raise UsageError(
-                f"--field {text!r} is for topic {owner}, which is not read: read are "
+                f"--field {text!r}: topic {owner} is not read; the topics that are read: "
                 f"{', '.join(names.values())}"
             )
         fields.update(dict.fromkeys(roles, path))
     return Topics(**names, fields=fields)
 
 
-def window_of(arguments: argparse.Namespace) -> tuple[float | None, float | None]:
-    """Return the span to read, seconds from the bag's first message.
+def window_of(arguments: argparse.Namespace) -> Window:
+    """Return the span to read.
 
     Raises:
         UsageError: It is empty.
     """
     start, end = arguments.start, arguments.end
     if end is not None and end <= (start or 0.0):
-        raise UsageError(f"--end {end:g} is not behind --start {start or 0.0:g}: nothing is left")
-    return start, end
+        raise UsageError(f"--end must be greater than --start, got {end:g} and {start or 0.0:g}")
+    return {"start": start, "end": end}
 
 
 def write_json(document: object, path: str) -> None:
-    """Write a document where ``--json`` says.
+    """Write a document to the file, or stdout, given by ``--json``.
 
     Raises:
-        UsageError: The file cannot be written.
+        FusionError: The file cannot be written.
     """
     text = json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     if path == "-":
@@ -164,38 +179,17 @@ def write_json(document: object, path: str) -> None:
         Path(path).write_text(text, encoding="utf-8")
 
 
-def require_writable(*paths: str | None) -> None:
-    """Make sure that results can be written, before work that takes long; leave nothing behind.
-
-    Args:
-        paths: Files as the options name them; ``None`` and ``-`` are none.
+def require_results(arguments: argparse.Namespace) -> None:
+    """Check that the files of ``--json`` and ``--plot`` can be written, before the work starts.
 
     Raises:
-        UsageError: A file cannot be written.
+        FusionError: A file cannot be written, or the format of the plot is unknown.
     """
-    for path in paths:
-        if path is None or path == "-":
-            continue
-        target = Path(path)
-        with writing(path):
-            target.parent.mkdir(parents=True, exist_ok=True)
-            was_there = target.exists()
-            target.open("ab").close()
-            if not was_there:
-                target.unlink()
+    require_writable(arguments.json, arguments.plot)
+    if arguments.plot:
+        from fuzzy_fusion_ros.plots.style import require_format  # takes time to import
 
-
-@contextmanager
-def writing(path: str | Path) -> Iterator[None]:
-    """Turn the failure to write a file into an error of the user's.
-
-    Raises:
-        UsageError: The file cannot be written.
-    """
-    try:
-        yield
-    except OSError as error:
-        raise UsageError(f"{str(path)!r} cannot be written: {error.strerror or error}") from None
+        require_format(arguments.plot)
 
 
 def number(low: float, high: float) -> Callable[[str], float]:

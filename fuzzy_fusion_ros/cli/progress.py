@@ -1,4 +1,4 @@
-"""Progress bars: on stderr, and only where a person looks at it."""
+"""Progress bars on stderr, if that is a terminal."""
 
 from __future__ import annotations
 
@@ -7,52 +7,45 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
-from tqdm import tqdm
+from fuzzy_fusion_ros.jobs.progress import Progress
 
 T = TypeVar("T")
 
 
-def progress(
-    items: Iterable[T], text: str, total: int | None = None, unit: str = ""
-) -> Iterator[T]:
-    """Return the items, and show how far it is while they are taken.
+class Bars(Progress):
+    """Shows a progress bar for each thing that is under way."""
 
-    Args:
-        items: What is gone through.
-        text: What is done with them.
-        total: How many there are, where they cannot tell themselves.
-        unit: What they are, with a space before it.
-    """
-    return iter(tqdm(items, total=total, desc=text, unit=unit, **_look()))
+    def over(
+        self, items: Iterable[T], text: str, total: int | None = None, unit: str = ""
+    ) -> Iterable[T]:
+        """Return the items, with a bar while they are iterated over."""
+        shown: Iterable[T] = _bar(items, total=total, desc=text, unit=unit)
+        return shown
 
+    @contextmanager
+    def counted(self, text: str, unit: str = "") -> Iterator[Callable[[int, int], None]]:
+        """Show a bar; yield what moves it."""
+        with _bar(None, desc=text, unit=unit) as bar:
 
-def bar(text: str, total: int | None = None, unit: str = "") -> tqdm[Any]:
-    """Return a bar to move by hand; a context manager."""
-    return tqdm(total=total, desc=text, unit=unit, **_look())
+            def advance(done: int, of: int) -> None:
+                bar.total = of
+                bar.update(done - bar.n)
 
-
-@contextmanager
-def counted(text: str, unit: str = "") -> Iterator[Callable[[int, int], None]]:
-    """Show a bar to move by telling how much is done, and of how much.
-
-    Args:
-        text: What is done.
-        unit: What is counted, with a space before it.
-    """
-    with bar(text, unit=unit) as shown:
-
-        def advance(done: int, of: int) -> None:
-            shown.total = of
-            shown.update(done - shown.n)
-
-        yield advance
+            yield advance
 
 
-def _look() -> dict[str, Any]:
-    return {
-        "file": sys.stderr,
-        "disable": not sys.stderr.isatty(),
-        "leave": False,
-        "dynamic_ncols": True,
-        "unit_scale": True,
-    }
+def _bar(items: Iterable[Any] | None, **options: Any) -> Any:
+    from tqdm import tqdm  # costs start-up time
+
+    return tqdm(
+        items,
+        file=sys.stderr,
+        disable=not sys.stderr.isatty(),
+        leave=False,
+        dynamic_ncols=True,
+        unit_scale=True,
+        **options,
+    )
+
+
+BARS = Bars()

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 
 from fuzzy_fusion_ros.scoring.metrics import METRICS
 from fuzzy_fusion_ros.scoring.score import Score
-from fuzzy_fusion_ros.text.table import WIDTH, mark_best, text_table
+from fuzzy_fusion_ros.text.table import WIDTH, number_column, text_table
 
-DIGITS = 4
 LONGEST_NAME = 24
 """Characters of a recording's name, counted from its end, at the head of a column."""
 
@@ -28,16 +27,15 @@ def report(scores: Sequence[Score], metrics: Sequence[str] = tuple(METRICS)) -> 
 
 
 def summary(score: Score) -> str:
-    """Return a sentence on what was scored, wrapped to the width of a table."""
+    """Return the name of the recording and, below it, what was scored."""
     begin, end = score.span_s
     origin = "computed here, as the bag has none" if score.recomputed else "from the bag"
-    return textwrap.fill(
-        f"{score.name}: {score.matched} of {score.of} estimates matched to the truth, "
-        f"{begin:.2f} s to {end:.2f} s; estimate: {origin}; baselines: {score.baselines}",
+    text = textwrap.fill(
+        f"{score.matched} of {score.of} estimates matched to the truth, {begin:.2f} s to "
+        f"{end:.2f} s; estimate: {origin}; baselines: {score.baselines}",
         WIDTH,
-        break_long_words=False,
-        break_on_hyphens=False,
     )
+    return f"{score.name}\n{text}"
 
 
 def table(score: Score, metrics: Sequence[str] = tuple(METRICS)) -> str:
@@ -51,7 +49,7 @@ def table(score: Score, metrics: Sequence[str] = tuple(METRICS)) -> str:
     columns = [["", "", *scores]]
     for metric in metrics:
         values = [each[metric] for each in scores.values()]
-        columns.append(_column(metric, _unit(metric, score.unit), values))
+        columns.append(number_column(metric, _unit(metric, score.unit), values))
     return text_table(_rows(columns), headers=2)
 
 
@@ -61,13 +59,8 @@ def side_by_side(scores: Sequence[Score]) -> str:
     for score in scores:
         name = score.name if len(score.name) <= LONGEST_NAME else f"…{score.name[-LONGEST_NAME:]}"
         values = [score.scores(each)["rmse"] for each in scores[0].values]
-        columns.append(_column(name, _unit("rmse", score.unit), values))
+        columns.append(number_column(name, _unit("rmse", score.unit), values))
     return text_table(_rows(columns), headers=2)
-
-
-def _column(head: str, unit: str, values: Sequence[float]) -> list[str]:
-    cells = [f"{value:.{DIGITS}g}" for value in values]
-    return [f"{head} ", f"{unit} ", *mark_best(cells, values)]
 
 
 def _rows(columns: Sequence[Sequence[str]]) -> list[tuple[str, ...]]:

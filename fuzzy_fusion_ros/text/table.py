@@ -6,6 +6,7 @@ of what is here.
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Iterator, Sequence
 
@@ -43,19 +44,20 @@ def text_table(
     return "\n\n".join(tables)
 
 
-def mark_best(cells: Sequence[str], values: Sequence[float]) -> list[str]:
-    """Return the cells of a column, those of the smallest magnitude marked with an asterisk.
+def number_column(head: str, unit: str, values: Sequence[float], *, digits: int = 4) -> list[str]:
+    """Return a column of numbers below two headers, the smallest in magnitude marked.
 
     Args:
-        cells: What is shown.
-        values: The numbers behind it; NaN is never the best.
+        head: First header.
+        unit: Second header.
+        values: The numbers; NaN is never marked.
+        digits: Significant digits.
     """
     magnitudes = [abs(value) for value in values]
-    best = min((each for each in magnitudes if each == each), default=None)
-    return [
-        cell + (BEST if magnitude == best else " " * len(BEST))
-        for cell, magnitude in zip(cells, magnitudes, strict=True)
-    ]
+    best = min((each for each in magnitudes if not math.isnan(each)), default=None)
+    marks = [BEST if each == best else " " * len(BEST) for each in magnitudes]
+    cells = [f"{value:.{digits}g}{mark}" for value, mark in zip(values, marks, strict=True)]
+    return [f"{head} ", f"{unit} ", *cells]
 
 
 def _width(widths: Sequence[int]) -> int:

@@ -10,9 +10,9 @@ import pytest
 
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.status import UsageError
+from fuzzy_fusion_ros.jobs.outputs import OutputError
 from fuzzy_fusion_ros.offline.topics import Topics
-from fuzzy_fusion_ros.parameters.errors import ParameterError
-from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.errors import FusionError
 
 
 @pytest.fixture
@@ -31,9 +31,8 @@ def parser() -> options.Parser:
 def test_defaults_are_the_contracts(parser: options.Parser) -> None:
     given = parser.parse_args([])
     assert options.topics_of(given) == Topics(fields={})
-    assert options.window_of(given) == (None, None)
-    assert options.parameters_of(given) == Parameters()
-    assert (given.seed, given.json, given.plot) == (7, None, None)
+    assert options.window_of(given) == {"start": None, "end": None}
+    assert (given.params, given.seed, given.json, given.plot) == (None, 7, None, None)
 
 
 def test_topics_may_lack_their_slash(parser: options.Parser) -> None:
@@ -62,7 +61,7 @@ def test_fields_belong_to_topics_or_to_all(
 
 
 def test_a_field_of_a_topic_that_is_not_read_is_refused(parser: options.Parser) -> None:
-    with pytest.raises(UsageError, match="is for topic /gyro, which is not read: read are /s1"):
+    with pytest.raises(UsageError, match="topic /gyro is not read; the topics that are read: /s1"):
         options.topics_of(parser.parse_args(["--field", "/gyro=x"]))
 
 
@@ -77,12 +76,12 @@ def test_a_field_of_a_topic_that_is_not_read_is_refused(parser: options.Parser) 
 def test_a_span(
     parser: options.Parser, arguments: list[str], span: tuple[float | None, float | None]
 ) -> None:
-    assert options.window_of(parser.parse_args(arguments)) == span
+    assert tuple(options.window_of(parser.parse_args(arguments)).values()) == span
 
 
 @pytest.mark.parametrize("arguments", [["--start", "2", "--end", "2"], ["--end", "0"]])
 def test_an_empty_span_is_refused(parser: options.Parser, arguments: list[str]) -> None:
-    with pytest.raises(UsageError, match="nothing is left"):
+    with pytest.raises(UsageError, match="--end must be greater than --start, got"):
         options.window_of(parser.parse_args(arguments))
 
 
@@ -109,14 +108,6 @@ def test_bad_arguments_are_one_line(
     assert "\n" not in str(caught.value)
 
 
-def test_parameters_come_from_a_file(parser: options.Parser, tmp_path: Path) -> None:
-    path = tmp_path / "tuned.yaml"
-    path.write_text("fusion_node:\n  ros__parameters:\n    trigger: pair\n")
-    assert options.parameters_of(parser.parse_args(["--params", str(path)])).trigger == "pair"
-    with pytest.raises(ParameterError, match="cannot be read"):
-        options.parameters_of(parser.parse_args(["--params", str(tmp_path)]))
-
-
 def test_json_goes_into_a_file(tmp_path: Path) -> None:
     path = tmp_path / "new" / "score.json"
     options.write_json({"unit": "m/s²", "rmse": 0.1}, str(path))
@@ -135,5 +126,19 @@ def test_json_holds_no_nan() -> None:
 
 def test_a_file_that_cannot_be_written_is_the_users(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
-    with pytest.raises(UsageError, match=r"score\.json' cannot be written: "):
+    with pytest.raises(OutputError, match=r"score\.json' cannot be written: "):
         options.write_json({}, str(tmp_path / "file" / "score.json"))
+
+
+def test_results_that_cannot_be_written_are_refused_before_the_work(
+    parser: options.Parser, tmp_path: Path
+) -> None:
+    def require(*arguments: str) -> None:
+        options.require_results(parser.parse_args(arguments))
+
+    require("--json", "-", "--plot", str(tmp_path / "new" / "a.png"))
+    assert list((tmp_path / "new").iterdir()) == []
+    with pytest.raises(OutputError, match="cannot be written"):
+        require("--json", str(tmp_path))
+    with pytest.raises(FusionError, match="has no format that is known"):
+        require("--plot", str(tmp_path / "a.doc"))

@@ -7,7 +7,8 @@ import sys
 
 import pytest
 
-from fuzzy_fusion_ros.cli.progress import bar, progress
+from fuzzy_fusion_ros.cli.progress import BARS
+from fuzzy_fusion_ros.jobs.progress import SILENT, Progress
 
 
 class Terminal(io.StringIO):
@@ -17,24 +18,28 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_nothing_is_said_where_nobody_looks(capsys: pytest.CaptureFixture[str]) -> None:
-    assert list(progress(range(3), "counting")) == [0, 1, 2]
-    with bar("counting", 3) as shown:
-        shown.update(3)
+@pytest.mark.parametrize("progress", [BARS, SILENT])
+def test_nothing_is_shown_where_stderr_is_no_terminal(
+    progress: Progress, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert list(progress.over(range(3), "counting")) == [0, 1, 2]
+    with progress.counted("counting") as advance:
+        advance(1, 3)
     assert capsys.readouterr() == ("", "")
 
 
-def test_a_terminal_sees_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_terminal_shows_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = Terminal()
     monkeypatch.setattr(sys, "stderr", terminal)
-    assert list(progress(iter("abc"), "counting", 3, " letters")) == ["a", "b", "c"]
+    assert list(BARS.over(iter("abc"), "counting", 3, " letters")) == ["a", "b", "c"]
     assert "counting" in terminal.getvalue()
     assert "0.00/3.00" in terminal.getvalue()
 
 
-def test_a_bar_is_moved_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bar_is_moved_to_what_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = Terminal()
     monkeypatch.setattr(sys, "stderr", terminal)
-    with bar("working", 2) as shown:
-        shown.update()
+    with BARS.counted("working") as advance:
+        advance(2, 4)
+        advance(4, 4)
     assert "working" in terminal.getvalue()

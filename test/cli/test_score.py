@@ -9,8 +9,7 @@ import pytest
 from bag.recorded import swing, write_scalars
 from tuning.quick import be_quick
 
-from fuzzy_fusion_ros.cli.score import baselines_of, main
-from fuzzy_fusion_ros.parameters.errors import ParameterError
+from fuzzy_fusion_ros.cli.score import main
 
 
 @pytest.fixture(autouse=True)
@@ -28,7 +27,7 @@ def bag(tmp_path: Path) -> Path:
 def test_a_table_is_printed(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([str(bag), "--unit", "rad"]) == 0
     out, said = capsys.readouterr()
-    assert out.startswith(f"{bag}: 500 of 500 estimates")
+    assert out.startswith(f"{bag}\n500 of 500 estimates matched")
     assert "kalman_bias" in out
     assert "rad s^2" in out
     assert said == ""
@@ -92,20 +91,6 @@ def test_the_parameters_run_where_there_is_no_estimate(tmp_path: Path) -> None:
     found = json.loads((tmp_path / "a.json").read_text())["estimators"]
     assert found["estimate"] == pytest.approx(found["average"])
     assert found["constant_weight"] == pytest.approx(found["s1"])
-
-
-def test_baselines_are_read_from_their_own_entry(tmp_path: Path) -> None:
-    path = tmp_path / "params.yaml"
-    path.write_text("fusion_node:\n  ros__parameters:\n    trigger: pair\n")
-    assert baselines_of(None) is None
-    assert baselines_of(str(path)) is None
-    path.write_text("/**/baselines:\n  ros__parameters:\n    kalman: {s1_noise: 3.0}\n")
-    found = baselines_of(str(path))
-    assert found is not None
-    assert found.kalman.s1_noise == 3.0
-    path.write_text("baselines:\n  ros__parameters:\n    kalman: {s1_noise: -3.0}\n")
-    with pytest.raises(ParameterError, match=r"kalman\.s1_noise: got -3\.0"):
-        baselines_of(str(path))
 
 
 def test_baselines_are_fitted_where_no_file_has_them(

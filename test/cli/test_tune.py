@@ -11,9 +11,9 @@ from bag.recorded import Scalar, write_scalars
 from tuning.quick import be_quick
 from tuning.recordings import START_NS, Sensors, made
 
-from fuzzy_fusion_ros.cli.score import baselines_of
 from fuzzy_fusion_ros.cli.score import main as score
 from fuzzy_fusion_ros.cli.tune import main
+from fuzzy_fusion_ros.jobs.parameter_file import baseline_parameters
 from fuzzy_fusion_ros.parameters.file import parameters_from
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import flatten
@@ -66,7 +66,7 @@ def test_it_writes_what_node_and_score_take(
     parameters = parameters_from(output)
     assert flatten(parameters) == document["parameters"]
     assert parameters.s2.type == "geometry_msgs/msg/PointStamped"
-    baselines = baselines_of(str(output))
+    baselines = baseline_parameters(output)
     assert baselines is not None
     assert flatten(baselines) == document["baselines"]["parameters"]
     assert output.read_text().startswith("# Made by tune from bag, --seed 0, fitted to its truth.")
@@ -105,7 +105,7 @@ def test_a_truth_may_be_ignored_or_missing(
         answers.append(json.loads(capsys.readouterr().out))
     assert answers[0] == answers[1]
     assert answers[0]["with_truth"] is False
-    assert "fitted to no truth" in (tmp_path / "a.yaml").read_text()
+    assert "without a truth" in (tmp_path / "a.yaml").read_text()
 
 
 def test_topics_and_span_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -132,7 +132,7 @@ def test_given_parameters_are_kept(bag: Path, tmp_path: Path) -> None:
         (["--truth", "/mocap"], "/mocap"),
         (["--s1", "/imu"], "/imu"),
         (["--end", "1"], "got 25 samples of S1, expected at least 50"),
-        (["--start", "5", "--end", "5"], "nothing is left"),
+        (["--start", "5", "--end", "5"], "--end must be greater than --start, got 5 and 5"),
         (["--seed", "-1"], "expected an integer"),
         (["--plot", "fit.txt"], "fit.txt"),
         (["--field", "s1=data"], "choose one of: point.x"),
@@ -168,7 +168,7 @@ def test_what_cannot_be_written_is_refused_before_the_fit(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.delattr("fuzzy_fusion_ros.cli.tune.tune")
+    monkeypatch.delattr("fuzzy_fusion_ros.jobs.tune.fit")
     output = tmp_path / "a.yaml"
     arguments = ["--output", str(output), option, value.replace("TMP", str(tmp_path))]
     assert main([str(bag), *arguments]) == 2

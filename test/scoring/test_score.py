@@ -250,11 +250,12 @@ def test_an_unknown_unit_is_left_open(bag: Path) -> None:
 def test_the_summary_says_what_matched(bag: Path) -> None:
     score = scored(bag)._replace(name="bag")
     assert summary(score).splitlines() == [
-        "bag: 500 of 500 estimates matched to the truth, 0.00 s to 4.99 s; estimate: from",
-        "the bag; baselines: as the recording suggests them, not fitted",
+        "bag",
+        "500 of 500 estimates matched to the truth, 0.00 s to 4.99 s; estimate: from the",
+        "bag; baselines: as the recording suggests them, not fitted",
     ]
     assert summary(score._replace(baselines=FITTED)).endswith("which flatters them")
-    assert "computed here" in summary(score._replace(recomputed=True))
+    assert "estimate: computed" in summary(score._replace(recomputed=True))
 
 
 def test_several_are_shown_side_by_side(bag: Path) -> None:

@@ -7,7 +7,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fuzzy_fusion_ros.text.table import mark_best, text_table
+from fuzzy_fusion_ros.text.table import number_column, text_table
 
 
 def test_text_is_left_numbers_are_right() -> None:
@@ -58,5 +58,6 @@ def test_no_cell_is_lost_and_no_line_too_wide(rows: list[list[str]]) -> None:
 
 
 def test_the_smallest_magnitude_is_marked() -> None:
-    assert mark_best(["2", "-1", "1", "–"], [2.0, -1.0, 1.0, math.nan]) == ["2 ", "-1*", "1*", "– "]
-    assert mark_best(["–"], [math.nan]) == ["– "]
+    column = number_column("bias", "rad", [2.0, -1.0, 1.0, math.nan, 0.0012345e3], digits=3)
+    assert column == ["bias ", "rad ", "2 ", "-1*", "1*", "nan ", "1.23 "]
+    assert number_column("", "", [math.nan])[2:] == ["nan "]

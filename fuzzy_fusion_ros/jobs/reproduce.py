@@ -1,11 +1,13 @@
-"""The paper, reproduced: runs, tables, figures, claims."""
+"""Reproduces the paper: runs, tables, figures, claims."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple
 
+from fuzzy_fusion_ros.jobs.parameter_file import Source, fusion_parameters
+from fuzzy_fusion_ros.jobs.progress import SILENT, Progress
 from fuzzy_fusion_ros.paper.checks import CheckedClaim
 from fuzzy_fusion_ros.paper.claims import claims
 from fuzzy_fusion_ros.paper.methods import Contender, contenders, warm_up
@@ -13,26 +15,18 @@ from fuzzy_fusion_ros.paper.results import Results
 from fuzzy_fusion_ros.paper.sweep import NOMINAL, Outcome, points_of, simulate_at, sweep
 from fuzzy_fusion_ros.paper.tables import INSIDE, RESPONSES, SWEPT, table_of, write_csv
 from fuzzy_fusion_ros.paper.targets import targets
-from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.plots.contact_sheet import contact_sheet
 from fuzzy_fusion_ros.plots.paper_figures import draw
 from fuzzy_fusion_ros.plots.style import save, styled
 
 
-class Progress(Protocol):
-    """Shows how far it is while items are taken."""
-
-    def __call__(self, items: Iterable[Any], text: str, total: int | None = None) -> Iterator[Any]:
-        """Return the items."""
-
-
 class Reproduction(NamedTuple):
-    """What came of it.
+    """The paper, reproduced.
 
     Attributes:
         outcomes: All runs, by point, seed and method.
         claims: The paper's claims about the figures asked for.
-        targets: Ours.
+        targets: Our own targets for them.
     """
 
     outcomes: list[Outcome]
@@ -41,39 +35,43 @@ class Reproduction(NamedTuple):
 
 
 def reproduce(
-    parameters: Parameters,
+    output: str | Path,
+    *,
     figures: Sequence[int],
     seeds: Sequence[int],
     jobs: int,
-    output: Path,
-    progress: Progress,
+    parameters: Source = None,
+    progress: Progress = SILENT,
 ) -> Reproduction:
-    """Run what the figures need, and write them as PNG and CSV with a contact sheet.
+    """Run what the figures need, and write them as PNG and CSV, with a contact sheet.
 
     Args:
-        parameters: Of the fusion, the same at every point.
+        output: Directory to write into.
         figures: Numbers of the paper's figures, rising.
         seeds: Two or more seeds; Figs 6-17 show the first.
         jobs: Number of threads; it changes no result.
-        output: Directory to write into.
-        progress: Shows how far it is.
+        parameters: Of the fusion, the same at every point, or the YAML file with them; the
+            defaults unless given.
+        progress: Shows progress.
 
     Raises:
-        FusionError: A file cannot be written.
+        FusionError: The parameters or the output cannot be used.
     """
-    methods = contenders(parameters)
-    for contender in progress(methods, "compile"):
+    methods = contenders(fusion_parameters(parameters))
+    for contender in progress.over(methods, "compile"):
         warm_up(contender)
     swept = dict.fromkeys(SWEPT[figure].swept for figure in figures if figure in SWEPT)
     points = points_of(swept)
     runs = sweep(methods, points, seeds, jobs)
-    outcomes = list(progress(runs, "simulate", len(methods) * len(points) * len(seeds)))
+    outcomes = list(progress.over(runs, "simulate", len(methods) * len(points) * len(seeds)))
     results = Results(outcomes)
+    folder = Path(output)
     pictures = [
-        _figure(figure, methods, seeds[0], results, output) for figure in progress(figures, "draw")
+        _figure(figure, methods, seeds[0], results, folder)
+        for figure in progress.over(figures, "draw")
     ]
     with styled():
-        save(contact_sheet(pictures), output / "contact_sheet.png")
+        save(contact_sheet(pictures), folder / "contact_sheet.png")
     return Reproduction(outcomes, claims(results, figures), targets(results, figures))
 
 

@@ -1,0 +1,40 @@
+"""How a job shows its progress: not at all, unless its caller passes something that does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import TypeVar
+
+T = TypeVar("T")
+
+
+class Progress:
+    """Shows nothing; subclasses show something."""
+
+    def over(
+        self, items: Iterable[T], text: str, total: int | None = None, unit: str = ""
+    ) -> Iterable[T]:
+        """Return the items, and show progress while they are iterated over.
+
+        Args:
+            items: The items.
+            text: What is being done with them.
+            total: How many there are, where ``len(items)`` is not defined.
+            unit: What they are, preceded by a space.
+        """
+        return items
+
+    @contextmanager
+    def counted(self, text: str, unit: str = "") -> Iterator[Callable[[int, int], None]]:
+        """Context manager: yield a function that is called with how much is done, and of how much.
+
+        Args:
+            text: What is being done.
+            unit: What is counted, preceded by a space.
+        """
+        yield lambda done, of: None
+
+
+SILENT = Progress()
+"""Shows nothing."""

@@ -1,0 +1,106 @@
+"""Replays a bag: into a new bag, or onto topics."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fuzzy_fusion_ros.bag import open_bag
+from fuzzy_fusion_ros.jobs.parameter_file import Source, fusion_parameters
+from fuzzy_fusion_ros.jobs.progress import SILENT, Progress
+from fuzzy_fusion_ros.offline import replay as offline
+from fuzzy_fusion_ros.offline.replay import Replayed
+from fuzzy_fusion_ros.offline.topics import Topics, explanation_prefix
+
+if TYPE_CHECKING:
+    from fuzzy_fusion_ros.nodes.player import Played
+
+
+def replay(
+    bag: str | Path,
+    output: str | Path,
+    *,
+    parameters: Source = None,
+    topics: Topics | None = None,
+    start: float | None = None,
+    end: float | None = None,
+    progress: Progress = SILENT,
+) -> Replayed:
+    """Run a bag through the fusion into a new bag.
+
+    The new bag holds the messages of the old one, bytes unchanged, except for an old estimate and
+    its explanation; after each message comes what ``fusion_node`` would have published because of
+    it, bit for bit.
+
+    Args:
+        bag: A rosbag2 directory or an ``.mcap`` file.
+        output: Directory of the new bag, which must not exist.
+        parameters: Of the fusion, or the YAML file with them; the defaults unless given.
+        topics: Where the sensors are, and where the estimate goes; ``/s1``, ``/s2`` and
+            ``/estimate`` unless given.
+        start: Where to start, seconds from the first message of the bag.
+        end: Where to end, seconds from the first message of the bag.
+        progress: Shows progress.
+
+    Returns:
+        How many messages were copied and estimates written, and what was dropped and why.
+
+    Raises:
+        FusionError: The bag, the parameters or the output cannot be used.
+    """
+    with open_bag(bag) as reader:
+        return offline.replay(
+            reader,
+            output,
+            topics or Topics(),
+            fusion_parameters(parameters),
+            start,
+            end,
+            lambda messages: progress.over(messages, "replay", reader.message_count, " messages"),
+        )
+
+
+def play(
+    bag: str | Path,
+    *,
+    topics: Topics | None = None,
+    start: float | None = None,
+    end: float | None = None,
+    rate: float = 1.0,
+    loop: bool = False,
+) -> Played:
+    """Publish the messages of a bag on their topics, with ``/clock``; needs ROS.
+
+    An old estimate and its explanation are left out.
+
+    Args:
+        bag: A rosbag2 directory or an ``.mcap`` file.
+        topics: The topics that must have a subscriber before it starts.
+        start: Where to start, seconds from the first message of the bag.
+        end: Where to end, seconds from the first message of the bag.
+        rate: Seconds of the bag per second.
+        loop: Whether to start over at the end, until SIGINT or SIGTERM.
+
+    Raises:
+        FusionError: The bag cannot be used, or none of its types is installed.
+    """
+    wanted = topics or Topics()
+    with open_bag(bag) as reader:
+        reader.require_topics(wanted.s1, wanted.s2)
+        reader.require_messages_from(start)
+        prefix = explanation_prefix(wanted.estimate)
+        kept = [
+            each
+            for name, each in reader.topics.items()
+            if name != wanted.estimate and not name.startswith(prefix)
+        ]
+        from fuzzy_fusion_ros.nodes.player import play as play_messages  # needs ROS
+
+        played = play_messages(
+            kept,
+            lambda: reader.messages([each.name for each in kept], start, end),
+            [wanted.s1, wanted.s2],
+            rate=rate,
+            loop=loop,
+        )
+        return played._replace(notes=(*played.notes, *reader.problems))
