@@ -33,6 +33,7 @@ reproduce: venv ## the paper's figures, and its claims as a table
 .PHONY: docs
 docs: venv ## fill tables and pictures of README and docs with what the commands print
 	@$(RUN) python docs/make_readme.py
+	@$(RUN) python docs/make_api.py
 	@$(RUN) python docs/make_parameters.py
 	@$(RUN) python docs/make_tuning.py
 	@$(RUN) python docs/make_limitations.py

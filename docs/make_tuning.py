@@ -10,7 +10,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from PIL import Image
+from pictures import shrink
 
 from fuzzy_fusion_ros.cli.replay import main as replay
 from fuzzy_fusion_ros.cli.score import main as score
@@ -30,7 +30,7 @@ def main() -> None:
             "without": _run(Path(folder, "without"), ["--no-truth"]),
         }
         for name in ("tune", "score"):
-            _shrink(Path(folder, "with", f"{name}.png"), HERE / "images" / f"{name}_car_accel.png")
+            shrink(Path(folder, "with", f"{name}.png"), HERE / "images" / f"{name}_car_accel.png")
     page = HERE / "tuning.md"
     before, _, rest = page.read_text(encoding="utf-8").partition(BEGIN)
     table = "\n".join(_table(runs)) + "\n"
@@ -58,14 +58,6 @@ def _table(runs: dict[str, dict[str, float]]) -> Iterator[str]:
         yield (
             f"| `{estimator}` | " + " | ".join(f"{x[estimator]:.3f}" for x in runs.values()) + " |"
         )
-
-
-def _shrink(source: Path, target: Path) -> None:
-    """Write a picture small enough for a repository."""
-    target.parent.mkdir(exist_ok=True)
-    with Image.open(source) as picture:
-        small = picture.convert("RGB").resize((picture.width // 2, picture.height // 2))
-        small.quantize(64).save(target, optimize=True)
 
 
 if __name__ == "__main__":

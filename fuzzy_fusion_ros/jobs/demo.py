@@ -104,7 +104,7 @@ def demo(
         output: Directory for bags and plots; those of an earlier demo are replaced.
         seed: Seed of the sensors' noise.
         seconds: Length of the run, simulated time.
-        progress: Shows progress.
+        progress: What shows progress; nothing does unless given.
 
     Raises:
         FusionError: ROS is missing, a node has failed, or the output cannot be used.
@@ -142,7 +142,7 @@ def run_live(output: Path, seed: int, seconds: float, progress: Progress = SILEN
         output: Directory for the two bags.
         seed: Seed of the sensors' noise.
         seconds: Length of the run, simulated time.
-        progress: Shows progress.
+        progress: What shows progress; nothing does unless given.
 
     Raises:
         DemoError: ROS 2 is missing, or a node has failed.

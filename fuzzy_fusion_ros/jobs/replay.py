@@ -40,7 +40,7 @@ def replay(
             ``/estimate`` unless given.
         start: Where to start, seconds from the first message of the bag.
         end: Where to end, seconds from the first message of the bag.
-        progress: Shows progress.
+        progress: What shows progress; nothing does unless given.
 
     Returns:
         How many messages were copied and estimates written, and what was dropped and why.

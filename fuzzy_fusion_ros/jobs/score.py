@@ -43,7 +43,7 @@ def score(
         unit: Unit of the signal; unless given, that of the message type, if it has one.
         fit_baselines: Whether baselines that the file does not have are fitted to the span that
             is scored, which takes a while; otherwise they are derived from rates and noise.
-        progress: Shows progress.
+        progress: What shows progress; nothing does unless given.
 
     Raises:
         FusionError: The bag or the parameters cannot be used, or no estimate has a truth.

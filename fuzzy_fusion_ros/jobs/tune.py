@@ -87,7 +87,7 @@ def tune(
             both sensors say in hindsight.
         unit: Unit of the signal; unless given, that of the message type, if it has one.
         seed: Seed of the optimiser.
-        progress: Shows progress.
+        progress: What shows progress; nothing does unless given.
 
     Raises:
         FusionError: The bag, the parameters or the output cannot be used, or there are too few
