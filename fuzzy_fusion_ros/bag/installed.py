@@ -1,19 +1,25 @@
-"""Definitions of message types from the installed ``.msg`` files."""
+"""Definitions of message types from installed ``.msg`` and ``.idl`` files."""
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 from fuzzy_fusion_ros.bag.topic import Definition
 from fuzzy_fusion_ros.parameters.errors import BagError
 
-_SEPARATOR = "=" * 80
+SEPARATOR = "=" * 80 + "\n"
+"""Stands between the types of a definition."""
+
+_NAME = re.compile(r"\w+/msg/\w+")
 _FIELD = re.compile(
     r"^\s*([A-Za-z]\w*(?:/\w+)*)(?:<=\d+)?(?:\[[^\]]*\])?\s+[A-Za-z]\w*", re.MULTILINE
 )
+_INCLUDE = re.compile(r"^\s*#include\s+[<\"]([\w/]+)\.idl[>\"]", re.MULTILINE)
 _PRIMITIVES = frozenset(
     ["bool", "byte", "char", "float32", "float64", "string", "wstring"]
     + [f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)]
@@ -21,7 +27,7 @@ _PRIMITIVES = frozenset(
 
 
 def installed_definition(msgtype: str) -> Definition:
-    """Return the definition of an installed type with those of its nested types behind it.
+    """Return the definition of an installed type, followed by those of its nested types.
 
     Args:
         msgtype: ``package/msg/Type``; looked up below AMENT_PREFIX_PATH.
@@ -29,36 +35,51 @@ def installed_definition(msgtype: str) -> Definition:
     Raises:
         BagError: The type or a nested one is not installed.
     """
+    if not _NAME.fullmatch(msgtype):
+        raise BagError(f"message type {msgtype!r} has no definition: it is no package/msg/Type")
+    texts, missing = _collect(msgtype, "msg")
+    if not missing:
+        text = texts.pop(msgtype)
+        for name, nested in texts.items():
+            text += f"\n{SEPARATOR}MSG: {name.replace('/msg/', '/')}\n{nested}"
+        return Definition("ros2msg", text, _digest(msgtype))
+    texts, missing_too = _collect(msgtype, "idl")
+    if not missing_too:
+        parts = (f"{SEPARATOR}IDL: {name}\n{text}" for name, text in texts.items())
+        return Definition("ros2idl", "\n".join(parts), _digest(msgtype))
+    reason = "" if missing == msgtype else f" (it contains {missing!r}, which is not installed)"
+    raise BagError(
+        f"message type {msgtype!r} has no definition{reason}: source the package that defines "
+        f"{missing!r}"
+    )
+
+
+def _collect(msgtype: str, extension: str) -> tuple[dict[str, str], str]:
+    """Return the files of a type and its nested ones by type, and the first that is missing."""
     texts: dict[str, str] = {}
-    _collect(msgtype, msgtype, texts)
-    text = texts.pop(msgtype)
-    for name, nested in texts.items():
-        text += f"\n{_SEPARATOR}\nMSG: {name.replace('/msg/', '/')}\n{nested}"
-    return Definition("ros2msg", text, _digest(msgtype))
+    waiting = [msgtype]
+    while waiting:
+        name = waiting.pop()
+        if name in texts:
+            continue
+        path = _find(f"{name}.{extension}")
+        if path is None:
+            return texts, name
+        texts[name] = path.read_text(encoding="utf-8", errors="replace")
+        waiting += _nested(name, texts[name], extension)
+    return texts, ""
 
 
-def _collect(name: str, outermost: str, texts: dict[str, str]) -> None:
-    path = _find(f"{name}.msg")
-    if path is None:
-        reason = "" if name == outermost else f" (it contains {name!r}, which is not installed)"
-        raise BagError(
-            f"message type {outermost!r} has no definition{reason}: give the one of the bag that "
-            "it comes from, or install its package and source the workspace"
-        )
-    texts[name] = path.read_text(encoding="utf-8")
+def _nested(name: str, text: str, extension: str) -> Iterable[str]:
+    """Yield the types that a type's file mentions."""
+    if extension == "idl":
+        yield from _INCLUDE.findall(text)
+        return
     package = name.split("/")[0]
-    for nested in _FIELD.findall(texts[name]):
-        full = _full_name(nested, package)
-        if full and full not in texts:
-            _collect(full, outermost, texts)
-
-
-def _full_name(nested: str, package: str) -> str:
-    """Return the full name of a field's type, or nothing if it is primitive."""
-    if nested in _PRIMITIVES:
-        return ""
-    parts = nested.split("/")
-    return f"{parts[0] if len(parts) > 1 else package}/msg/{parts[-1]}"
+    for each in _FIELD.findall(text):
+        if each not in _PRIMITIVES:
+            owner, slash, short = each.rpartition("/")
+            yield f"{owner.split('/')[0] if slash else package}/msg/{short}"
 
 
 def _digest(msgtype: str) -> str:
@@ -74,6 +95,7 @@ def _digest(msgtype: str) -> str:
 def _find(relative: str) -> Path | None:
     for prefix in filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)):
         path = Path(prefix, "share", relative)
-        if path.is_file():
-            return path
+        with contextlib.suppress(OSError):  # a name too long for a file
+            if path.is_file():
+                return path
     return None

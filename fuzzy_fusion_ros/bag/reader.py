@@ -23,6 +23,12 @@ from fuzzy_fusion_ros.parameters.errors import BagError
 
 _FOREVER_NS = 2**63 - 1
 
+_OTHER_CDR = {
+    **dict.fromkeys((b"\0\2", b"\0\3"), "CDR parameter lists"),
+    **{bytes([0, kind]): "XCDR2" for kind in range(6, 12)},
+}
+"""Encapsulations of DDS that ROS 2 does not use, by how messages begin."""
+
 
 def open_bag(path: str | Path) -> BagReader:
     """Open a rosbag2 directory or a bare ``.mcap``, whole or damaged.
@@ -103,11 +109,17 @@ class BagReader:
         """The message types, as the bag describes them."""
         return BagTypes(self._described)
 
+    def name_of(self, topic: str) -> str:
+        """Return a topic's name as the bag spells it, with or without the leading slash."""
+        other = topic.removeprefix("/") if topic.startswith("/") else f"/{topic}"
+        return other if topic not in self.topics and other in self.topics else topic
+
     def require_topics(self, *names: str) -> None:
-        """Make sure that topics are in the bag.
+        """Make sure that topics are in the bag and that numbers can be read from them.
 
         Raises:
-            BagError: One is not; the error lists those that are.
+            BagError: One is not, and the error lists those that are; or a topic is not CDR, has
+                several types, or the bag does not describe its type.
         """
         missing = [name for name in names if name not in self.topics]
         if missing:
@@ -116,9 +128,19 @@ class BagReader:
                 f"bag {str(self.path)!r} has no topic {', '.join(map(repr, missing))}; "
                 f"it has {there or 'no topics at all'}"
             )
+        for name in names:
+            obstacle = self.topics[name].obstacle or self._foreign_cdr(name)
+            if obstacle:
+                raise BagError(f"bag {str(self.path)!r}, topic {name}: {obstacle}")
+
+    def _foreign_cdr(self, name: str) -> str:
+        """Return what kind of CDR a topic's first message is if it is not ROS 2's plain one."""
+        first = next(self.messages([name]), None)
+        kind = _OTHER_CDR.get(first.data[:2]) if first else None
+        return f"its messages are {kind}, only plain CDR (XCDR1) can be read" if kind else ""
 
     def require_messages_from(self, start_s: float | None) -> None:
-        """Make sure that a span does not begin behind the last message.
+        """Make sure that a span does not begin after the last message.
 
         Args:
             start_s: Where it begins, s from the bag's first message; None for there.
@@ -222,12 +244,15 @@ def _merge_topics(found: Iterable[Topic], note: Callable[[str], None]) -> dict[s
             if topic.encoding != "cdr":
                 note(f"topic {topic.name} is serialised as {topic.encoding!r}, not as 'cdr'")
             continue
-        if known.msgtype != topic.msgtype:
-            note(f"topic {topic.name} is both {known.msgtype} and {topic.msgtype}")
+        others = known.other_types
+        if topic.msgtype not in (known.msgtype, *others):
+            note(f"topic {topic.name} has messages of types {known.msgtype} and {topic.msgtype}")
+            others = (*others, topic.msgtype)
         topics[topic.name] = known._replace(
             message_count=_total([known.message_count, topic.message_count]),
             definition=known.definition or topic.definition,
             qos=known.qos or topic.qos,
+            other_types=others,
         )
     return dict(sorted(topics.items()))
 

@@ -97,8 +97,8 @@ class SqliteFile:
             for number, log_ns, data in self._database.execute(
                 "SELECT topic_id, timestamp, data FROM messages "
                 "WHERE timestamp >= ? AND timestamp < ? "
-                f"AND topic_id IN ({','.join(map(str, wanted))}) ORDER BY timestamp, id",
-                (start_ns, stop_ns),
+                f"AND topic_id IN ({','.join('?' * len(wanted))}) ORDER BY timestamp, id",
+                (start_ns, stop_ns, *wanted),
             ):
                 if not (isinstance(log_ns, int) and isinstance(data, bytes)):
                     self._note(f"a message behind log time {reached} ns is damaged")
@@ -115,13 +115,12 @@ class SqliteFile:
         return self._database.execute(statement).fetchall()
 
     def _definitions(self) -> dict[str, Definition]:
-        """Return the definitions by type; bags before Jazzy's predecessor have none."""
+        """Return the definitions by type; bags of releases before Iron have none."""
         if not self._query("SELECT 1 FROM sqlite_master WHERE name = 'message_definitions'"):
             return {}
+        columns = ("encoding", "encoded_message_definition", "type_description_hash")
         return {
-            row["topic_type"]: Definition(
-                row["encoding"], row["encoded_message_definition"], row["type_description_hash"]
-            )
+            row["topic_type"]: Definition(*(str(row[each] or "") for each in columns))
             for row in self._query("SELECT * FROM message_definitions")
         }
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 from typing import Protocol
 
@@ -19,6 +19,7 @@ from fuzzy_fusion_ros.parameters.errors import BagError
 
 _KINDS: dict[str, type[McapFile] | type[SqliteFile]] = {".mcap": McapFile, ".db3": SqliteFile}
 _COMPRESSED = ".zstd"
+_ROS1_MAGIC = b"#ROSBAG V"
 
 
 class Storage(Protocol):
@@ -71,16 +72,39 @@ def find_files(path: Path, problems: Problems) -> tuple[list[Path], Metadata | N
     except BagError as error:
         problems.note(path.name, str(error))
     listed = [path / name for name in metadata.files] if metadata else []
-    for each in listed:
-        if not each.exists():
-            problems.note(each.name, "it is listed in metadata.yaml but missing")
     files = [each for each in listed if each.exists()]
-    for each in present:
-        if files and each not in files:
-            problems.note(each.name, "it is not listed in metadata.yaml and left out")
+    missing = [each.name for each in listed if not each.exists()]
+    others = [each.name for each in present if each not in files]
     if not (files or present):
-        raise BagError(f"bag {str(path)!r} holds no .mcap or .db3 file: it is no rosbag2 directory")
+        raise BagError(_without_storage(path, missing))
+    instead = f"; reading {', '.join(others)} instead" if others and not files else ""
+    for name in missing:
+        problems.note(name, f"metadata.yaml lists this file, but it is missing{instead}")
+    for name in others if files else ():
+        problems.note(name, "metadata.yaml does not list this file: left out")
     return files or present, metadata
+
+
+def _without_storage(path: Path, missing: Sequence[str]) -> str:
+    """Say why a directory without storage files is no bag."""
+    old = next(path.glob("*.bag"), None)
+    if old is not None:
+        return _ros1(old)
+    if missing:
+        return (
+            f"bag {str(path)!r}: metadata.yaml lists {', '.join(missing)}, but there is no .mcap "
+            "or .db3 file: put it back"
+        )
+    return f"bag {str(path)!r} holds no .mcap or .db3 file: it is no rosbag2 directory"
+
+
+def _ros1(path: Path) -> str:
+    """Say how to make a ROS 1 bag readable."""
+    target = path.with_suffix("")
+    return (
+        f"{str(path)!r} is a bag of ROS 1: convert it with "
+        f"'rosbags-convert --src {path} --dst {target}' and give {target} instead"
+    )
 
 
 def is_compressed(path: Path) -> bool:
@@ -103,10 +127,20 @@ def open_file(path: Path, scratch: Path | None, note: Callable[[str], None]) -> 
         path = _decompress(path, scratch, note)
     kind = _KINDS.get(path.suffix)
     if kind is None:
+        if _begins_with(path, _ROS1_MAGIC):
+            raise BagError(_ros1(path))
         raise BagError(
             f"{str(path)!r} is no bag: expected a rosbag2 directory, a .mcap or a .db3 file"
         )
     return kind(path, note)
+
+
+def _begins_with(path: Path, magic: bytes) -> bool:
+    try:
+        with path.open("rb") as file:
+            return file.read(len(magic)) == magic
+    except OSError:
+        return False
 
 
 def _decompress(path: Path, scratch: Path, note: Callable[[str], None]) -> Path:

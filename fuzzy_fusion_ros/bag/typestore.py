@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import re
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from functools import cache
@@ -12,12 +14,13 @@ from rosbags.typesys import Stores, TypesysError, get_types_from_idl, get_types_
 from rosbags.typesys import get_typestore as _get_typestore
 from rosbags.typesys.store import Typestore
 
-from fuzzy_fusion_ros.bag.installed import installed_definition
-from fuzzy_fusion_ros.bag.topic import Definition, Topic
+from fuzzy_fusion_ros.bag.installed import SEPARATOR, installed_definition
+from fuzzy_fusion_ros.bag.topic import IDL_ENCODINGS, MSG_ENCODINGS, Definition, Topic
 from fuzzy_fusion_ros.messages.type_fields import FieldType
-from fuzzy_fusion_ros.parameters.errors import MessageError
+from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
 
-_SEPARATOR = "=" * 80 + "\n"
+_NO_IDL = re.compile(r"\AIDL: .*$|^[ \t]*#.*$", re.MULTILINE)
+"""The head of a type, and lines for a preprocessor, which rosbags' parser does not know."""
 
 _UNPARSED = (
     TypesysError,
@@ -33,7 +36,7 @@ _UNPARSED = (
 
 
 class BagTypes:
-    """The message types that a bag describes, and those of ROS 2 Jazzy.
+    """The message types that a bag describes, those of ROS 2 Jazzy, and the installed ones.
 
     What a bag says about a type holds for its messages, even where Jazzy's type of that name
     differs. A definition is parsed when its type is first asked for.
@@ -63,10 +66,16 @@ class BagTypes:
         """
         for definition in self._unparsed.pop(type_name, ()):
             self._parse(type_name, definition)
-        if type_name not in self._fields:
-            if type_name not in self._jazzy.fielddefs:
-                raise MessageError(f"message type {type_name!r} is not described by the bag")
+        if type_name not in self._fields and type_name in self._jazzy.fielddefs:
             self._fields[type_name] = _field_types(self._jazzy.fielddefs[type_name])
+        if type_name not in self._fields:
+            with contextlib.suppress(BagError):
+                self._parse(type_name, installed_definition(type_name))
+        if type_name not in self._fields:
+            raise MessageError(
+                f"message type {type_name!r} is neither described by the bag nor installed: "
+                "source the package that defines it"
+            )
         return self._fields[type_name]
 
     def definition(self, msgtype: str) -> Definition:
@@ -107,15 +116,15 @@ def jazzy_types() -> BagTypes:
 
 def _parsed(msgtype: str, definition: Definition) -> Iterable[tuple[str, Any]]:
     """Yield the name of each type in a definition, and what rosbags makes of it."""
-    if definition.encoding == "ros2msg":
+    if definition.encoding in MSG_ENCODINGS:
         yield from get_types_from_msg(definition.text, msgtype).items()
         return
-    if definition.encoding != "ros2idl":
+    if definition.encoding not in IDL_ENCODINGS:
         raise TypesysError(f"encoding {definition.encoding!r} is neither ros2msg nor ros2idl")
-    for part in definition.text.split(_SEPARATOR):
-        if part.strip():
-            head, _, body = part.partition("\n")
-            yield from get_types_from_idl(body if head.startswith("IDL: ") else part).items()
+    for part in definition.text.split(SEPARATOR):
+        text = _NO_IDL.sub("", part)
+        if text.strip():
+            yield from get_types_from_idl(text).items()
 
 
 def _digest(store: Typestore, msgtype: str) -> str:

@@ -9,7 +9,7 @@ from rosbags.interfaces import Qos
 
 from fuzzy_fusion_ros.bag.mcap.writer import McapWriter
 from fuzzy_fusion_ros.bag.metadata import describe_bag, qos_to_text, write_metadata
-from fuzzy_fusion_ros.bag.topic import Definition, Topic
+from fuzzy_fusion_ros.bag.topic import MSG_ENCODINGS, UNDESCRIBED, Definition, Topic
 from fuzzy_fusion_ros.bag.typestore import BagTypes, jazzy_types
 from fuzzy_fusion_ros.parameters.errors import BagError
 
@@ -35,8 +35,8 @@ class BagWriter:
         """
         self.path = Path(path)
         self._types = types or jazzy_types()
-        self._topics: dict[str, Topic] = {}
-        self._channels: dict[str, tuple[str, int]] = {}
+        self._topics: dict[int, Topic] = {}  # by the ids of their channels
+        self._channels: dict[tuple[str, str], int] = {}  # by topic and type
         self._schemas: dict[tuple[str, Definition], int] = {}
         self._described_chunks = 0
         self._failure: OSError | None = None
@@ -69,8 +69,9 @@ class BagWriter:
         *,
         qos: Iterable[Qos] = (),
         definition: Definition | None = None,
+        encoding: str = "cdr",
     ) -> None:
-        """Declare a topic before its first message.
+        """Declare a topic of a type before its first message; do nothing if it is declared.
 
         Args:
             topic: Its name, such as ``/s1``.
@@ -78,14 +79,16 @@ class BagWriter:
             qos: The profiles that it is offered with.
             definition: The definition of the type, as a reader returns it; looked up unless
                 given.
+            encoding: How the messages are serialised.
 
         Raises:
-            BagError: The topic exists with another type, or the type has no definition.
+            BagError: The type has no definition.
         """
-        if topic in self._channels:
-            self._require_type(topic, msgtype)
+        if (topic, msgtype) in self._channels:
             return
         definition = definition or self._types.definition(msgtype)
+        if not definition.text and definition.encoding not in MSG_ENCODINGS:
+            definition = UNDESCRIBED
         profiles = tuple(qos)
         schema = self._schemas.get((msgtype, definition))
         if schema is None:
@@ -95,9 +98,9 @@ class BagWriter:
             "offered_qos_profiles": qos_to_text(profiles),
             "topic_type_hash": definition.digest,
         }
-        channel = self._file.add_channel(topic, schema, metadata)
-        self._topics[topic] = Topic(topic, msgtype, 0, definition, profiles)
-        self._channels[topic] = (msgtype, channel)
+        channel = self._file.add_channel(topic, encoding, schema, metadata)
+        self._channels[topic, msgtype] = channel
+        self._topics[channel] = Topic(topic, msgtype, 0, definition, profiles, encoding)
 
     def write(self, topic: str, msgtype: str, log_ns: int, data: bytes) -> None:
         """Write a message.
@@ -109,23 +112,21 @@ class BagWriter:
             data: CDR with its encapsulation header.
 
         Raises:
-            BagError: The bag is closed or cannot be written, the type is not the topic's or
-                has no definition, or the time does not fit.
+            BagError: The bag is closed or cannot be written, the type has no definition, or the
+                time does not fit.
         """
         if self._file.is_closed():
             raise BagError(f"bag {str(self.path)!r} is closed: nothing can be written to it")
         if self._failure is not None:
             raise self._refusal(self._failure)
-        channel = self._channels.get(topic)
+        channel = self._channels.get((topic, msgtype))
         if channel is None:
             self.add_topic(topic, msgtype)
-            channel = self._channels[topic]
-        elif channel[0] != msgtype:
-            self._require_type(topic, msgtype)
+            channel = self._channels[topic, msgtype]
         if not 0 <= log_ns < 2**63:
             raise BagError(f"log time {log_ns!r} ns is out of range: expected 0 to 2^63 - 1")
         try:
-            if self._file.write(channel[1], log_ns, data):
+            if self._file.write(channel, log_ns, data):
                 self._keep_metadata_up()
         except OSError as error:
             self._failure = error
@@ -150,11 +151,6 @@ class BagWriter:
         finally:
             self._file.close()
 
-    def _require_type(self, topic: str, msgtype: str) -> None:
-        known = self._channels[topic][0]
-        if known != msgtype:
-            raise BagError(f"topic {topic!r} is of type {known!r}, not {msgtype!r}")
-
     def _keep_metadata_up(self) -> None:
         """Rewrite the metadata if the bag has doubled since."""
         if self._file.chunk_count >= 2 * self._described_chunks:
@@ -167,8 +163,7 @@ class BagWriter:
     def _description(self) -> str:
         counts = self._file.counts
         topics = [
-            topic._replace(message_count=counts[self._channels[name][1]])
-            for name, topic in self._topics.items()
+            topic._replace(message_count=counts[channel]) for channel, topic in self._topics.items()
         ]
         return describe_bag(self._file_name, topics, *self._file.span_ns)
 

@@ -153,3 +153,41 @@ def salvage_by_mcap(data: bytes) -> list[bytes]:
     except Exception:  # of any kind, which is why it is not used
         pass
     return found
+
+
+class Channel(NamedTuple):
+    """A channel of an MCAP file as any program may write it.
+
+    Attributes:
+        topic: The topic.
+        messages: Log time, ns, and bytes of each message.
+        encoding: How the messages are said to be serialised.
+        msgtype: The name of the schema; None for no schema.
+        schema: How the schema is encoded.
+        text: The schema.
+    """
+
+    topic: str
+    messages: Sequence[tuple[int, bytes]]
+    encoding: str = "cdr"
+    msgtype: str | None = POINT
+    schema: str = "ros2msg"
+    text: str = definition_text(POINT)
+
+
+def write_channels(path: Path, channels: Iterable[Channel], profile: str = "ros2") -> Path:
+    """Write a bare MCAP file of any channels by mcap's writer; return it."""
+    with path.open("wb") as file:
+        writer = LibraryMcapWriter(file)
+        writer.start(profile, "test")
+        rows = []
+        for each in channels:
+            schema = 0
+            if each.msgtype is not None:
+                schema = writer.register_schema(each.msgtype, each.schema, each.text.encode())
+            number = writer.register_channel(each.topic, each.encoding, schema)
+            rows += [(log_ns, number, data) for log_ns, data in each.messages]
+        for log_ns, number, data in sorted(rows):
+            writer.add_message(number, log_ns, data, log_ns)
+        writer.finish()
+    return path

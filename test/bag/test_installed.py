@@ -87,7 +87,7 @@ def test_a_type_that_contains_itself_ends() -> None:
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
-        ("no_msgs/msg/Nothing", "'no_msgs/msg/Nothing' has no definition: give"),
+        ("no_msgs/msg/Nothing", "'no_msgs/msg/Nothing' has no definition: source the package"),
         (
             "two_msgs/msg/Broken",
             r"'two_msgs/msg/Broken' has no definition \(it contains 'no_msgs/msg/Nothing'",

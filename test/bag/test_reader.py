@@ -256,7 +256,7 @@ def test_a_topic_of_two_types_is_told_and_read(tmp_path: Path) -> None:
     messages = [*points(2), BagMessage("/s1", FLOAT, BEGIN_NS + 10**9, float_data(1.0))]
     with open_bag(split(tmp_path, [messages[:2], messages[2:]])) as bag:
         assert list(bag.messages()) == messages
-        assert f"topic /s1 is both {POINT} and {FLOAT}" in bag.problems[-1]
+        assert f"topic /s1 has messages of types {POINT} and {FLOAT}" in bag.problems[-1]
 
 
 def test_a_topic_that_is_no_cdr_is_told(tmp_path: Path) -> None:
@@ -369,7 +369,10 @@ def change(path: Path, **values: object) -> None:
     [
         ({"message_count": 12}, "metadata.yaml: it counts 12 messages, there are 10"),
         ({"message_count": "many"}, "is not rosbag2's"),
-        ({"relative_file_paths": ["a.mcap"]}, "a.mcap: it is listed in metadata.yaml but missing"),
+        (
+            {"relative_file_paths": ["a.mcap"]},
+            "it is missing; reading bag_0.mcap instead",
+        ),
         ({"relative_file_paths": None}, "is not rosbag2's"),
         ({"compression_mode": "sometimes"}, "compression_mode 'sometimes': expected file or"),
     ],
@@ -408,7 +411,7 @@ def test_a_file_beside_the_listed_ones_is_told_and_left_out(tmp_path: Path) -> N
     shutil.copy(directory / "bag_0.mcap", directory / "other.mcap")
     with open_bag(directory) as bag:
         assert list(bag.messages()) == messages
-        assert bag.problems == ["other.mcap: it is not listed in metadata.yaml and left out"]
+        assert bag.problems == ["other.mcap: metadata.yaml does not list this file: left out"]
 
 
 def test_one_unreadable_file_of_several_is_told(tmp_path: Path) -> None:

@@ -117,7 +117,7 @@ def test_a_definition_of_no_use_is_reported_and_jazzys_is_used(text: str) -> Non
 
 def test_a_nested_type_that_nobody_describes_is_named() -> None:
     types = described(secret_msgs__msg__Pair="no_msgs/Nothing data\nfloat64 value")
-    with pytest.raises(MessageError, match="'no_msgs/msg/Nothing' is not described by the bag"):
+    with pytest.raises(MessageError, match="'no_msgs/msg/Nothing' is neither described by"):
         ScalarCodec(types, PAIR, "value")
 
 
@@ -128,7 +128,7 @@ def test_fields_may_have_names_that_python_reserves() -> None:
 
 def test_an_encoding_that_nobody_reads_is_reported() -> None:
     types = BagTypes([Topic("/x", PAIR, definition=Definition("protobuf", "message"))])
-    with pytest.raises(MessageError, match=f"'{PAIR}' is not described by the bag"):
+    with pytest.raises(MessageError, match=f"'{PAIR}' is neither described by the bag"):
         types.fields(PAIR)
     assert "encoding 'protobuf' is neither ros2msg nor ros2idl" in types.problems[0]
 
@@ -136,7 +136,7 @@ def test_an_encoding_that_nobody_reads_is_reported() -> None:
 def test_a_definition_of_another_type_is_reported() -> None:
     text = "module other_msgs { module msg { struct Other { double a; }; }; };"
     types = BagTypes([Topic("/x", PAIR, definition=Definition("ros2idl", text))])
-    with pytest.raises(MessageError, match="is not described"):
+    with pytest.raises(MessageError, match="is neither described"):
         types.fields(PAIR)
     assert types.problems == [f"the definition of {PAIR} describes other types instead"]
 
@@ -149,7 +149,9 @@ def test_a_type_that_contains_itself_is_refused() -> None:
 
 def test_a_type_that_is_not_known_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
-    with pytest.raises(MessageError, match=f"'{PAIR}' is not described by the bag"):
+    with pytest.raises(
+        MessageError, match=f"'{PAIR}' is neither described by the bag nor installed"
+    ):
         BagTypes().fields(PAIR)
     with pytest.raises(BagError, match=f"'{PAIR}' has no definition"):
         BagTypes().definition(PAIR)

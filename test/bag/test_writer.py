@@ -22,6 +22,7 @@ from bag.making import (
     chunk_ends,
     definition_text,
     float_data,
+    point_data,
     points,
     write_bag,
 )
@@ -207,7 +208,9 @@ def test_a_type_without_any_definition_is_refused(
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
     with (
         BagWriter(tmp_path / "bag") as bag,
-        pytest.raises(BagError, match=r"'secret_msgs/msg/Pair' has no definition: give the one"),
+        pytest.raises(
+            BagError, match=r"'secret_msgs/msg/Pair' has no definition: source the package"
+        ),
     ):
         bag.write("/x", "secret_msgs/msg/Pair", 1, b"")
 
@@ -235,17 +238,41 @@ def test_a_place_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
         BagWriter(tmp_path / "file" / "bag")
 
 
-def test_a_topic_keeps_its_type(tmp_path: Path) -> None:
-    with BagWriter(tmp_path / "bag") as bag:
-        bag.write("/x", FLOAT, 1, float_data(1.0))
-        bag.add_topic("/x", FLOAT)
-        refusal = f"topic '/x' is of type '{FLOAT}', not '{POINT}'"
-        with pytest.raises(BagError, match=refusal):
-            bag.write("/x", POINT, 2, b"")
-        with pytest.raises(BagError, match=refusal):
-            bag.add_topic("/x", POINT)
-    with open_bag(tmp_path / "bag") as read:
-        assert read.message_count == 1
+def test_a_topic_may_have_messages_of_two_types(tmp_path: Path) -> None:
+    """As an MCAP file that is copied can have."""
+    messages = [
+        BagMessage("/x", FLOAT, 1, float_data(1.0)),
+        BagMessage("/x", POINT, 2, point_data(2, 1.0)),
+    ]
+    path = write_bag(tmp_path / "bag", messages).parent
+    with open_bag(path) as read:
+        assert list(read.messages()) == messages
+        assert read.topics["/x"].other_types == (POINT,)
+    with AnyReader([path]) as reader:
+        assert [each.msgtype for each, _, _ in reader.messages()] == [FLOAT, POINT]
+
+
+@pytest.mark.parametrize(
+    ("msgtype", "definition"),
+    [
+        ("secret_msgs/msg/Pair", Definition("unknown", "")),
+        ("secret_msgs/msg/Pair", Definition("", "")),
+        ("", Definition("", "")),
+    ],
+)
+def test_other_readers_open_a_bag_with_an_undescribed_type(
+    tmp_path: Path, msgtype: str, definition: Definition
+) -> None:
+    path = tmp_path / "bag"
+    with BagWriter(path) as bag:
+        bag.add_topic("/x", msgtype, definition=definition)
+        bag.write("/x", msgtype, 1, b"whatever")
+        bag.write("/s1", FLOAT, 2, float_data(1.0))
+    with AnyReader([path]) as reader:
+        assert [data for _, _, data in reader.messages()] == [b"whatever", float_data(1.0)]
+    with (path / "bag_0.mcap").open("rb") as file:
+        found = [each.data for _, _, each in make_reader(file).iter_messages()]
+    assert found == [b"whatever", float_data(1.0)]
 
 
 @pytest.mark.parametrize("log_ns", [-1, 2**63])

@@ -104,19 +104,19 @@ def _swap_schemas(path: Path, rng: random.Random) -> None:
     """Rewrite it: each topic claims a type, described as another, and holds a third."""
     shutil.rmtree(path)
     with BagWriter(path) as writer:
-        for topic in ("/s1", "/s2"):
+        msgtypes = {topic: rng.choice(TYPES) for topic in ("/s1", "/s2")}
+        for topic, msgtype in msgtypes.items():
             text = definition_text(rng.choice(TYPES))
             if rng.random() < 0.3:
                 at = rng.randrange(len(text))
                 text = text[:at] + rng.choice(("", "\n", "[", "float64 x\n", "§")) + text[at + 3 :]
             encoding = rng.choice(("ros2msg", "ros2msg", "ros2idl", "", "protobuf"))
-            writer.add_topic(topic, rng.choice(TYPES), definition=Definition(encoding, text))
+            writer.add_topic(topic, msgtype, definition=Definition(encoding, text))
         for k in range(SAMPLES):
-            for topic in ("/s1", "/s2"):
+            for topic, msgtype in msgtypes.items():
                 data = point_data(BEGIN_NS + k * STEP_NS, 0.01 * k)
                 if rng.random() < 0.02:
                     data = rng.randbytes(rng.randrange(60))
-                msgtype = writer._topics[topic].msgtype
                 writer.write(topic, msgtype, BEGIN_NS + k * STEP_NS, data)
 
 

@@ -75,5 +75,5 @@ def test_classes_and_bags_describe_a_type_alike(name: str) -> None:
 
 
 def test_a_type_that_the_bag_does_not_describe_is_refused() -> None:
-    with pytest.raises(MessageError, match="'no_msgs/msg/Nothing' is not described by the bag"):
+    with pytest.raises(MessageError, match="'no_msgs/msg/Nothing' is neither described by"):
         Rosbags().types.fields("no_msgs/msg/Nothing")

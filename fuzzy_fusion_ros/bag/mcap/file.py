@@ -160,7 +160,7 @@ class McapFile:
         msgtype, definition = schema.name if schema else "", None
         with contextlib.suppress(MessageError):
             msgtype = normalise_type_name(msgtype)
-        if schema and schema.encoding:
+        if schema:
             digest = channel.metadata.get("topic_type_hash", "")
             text = schema.data.decode(errors="replace")
             definition = Definition(schema.encoding, text, digest)

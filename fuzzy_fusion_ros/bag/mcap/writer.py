@@ -110,10 +110,10 @@ class McapWriter:
         self._descriptions.append(Schema(number, text.encode(), encoding, name))
         return number
 
-    def add_channel(self, topic: str, schema: int, metadata: dict[str, str]) -> int:
+    def add_channel(self, topic: str, encoding: str, schema: int, metadata: dict[str, str]) -> int:
         """Describe a topic; return the id of the channel."""
         number = 1 + sum(isinstance(each, Channel) for each in self._descriptions)
-        self._descriptions.append(Channel(number, topic, "cdr", metadata, schema))
+        self._descriptions.append(Channel(number, topic, encoding, metadata, schema))
         return number
 
     def write(self, channel: int, log_ns: int, data: bytes) -> bool:
