@@ -125,7 +125,7 @@ def test_a_type_without_any_number_is_no_use(world: World, text: str) -> None:
 
 
 def test_an_unknown_type_is_said_before_anything_else(world: World) -> None:
-    with pytest.raises(MessageError, match="'no_msgs/msg/Nothing' is not"):
+    with pytest.raises(MessageError, match=r"'no_msgs/msg/Nothing' is (not|neither)"):
         resolve_field(world.types, "no_msgs/msg/Nothing", "not a path")
 
 
