@@ -1,4 +1,4 @@
-"""Fuses a fast, noisy sensor with a slow, accurate one, live."""
+"""Fuses a fast, inaccurate sensor with an accurate, slow one, online."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ from fuzzy_fusion_ros.ros.process import Stop
 
 TOPICS = """\
 subscribes:
-  s1, s2                  the sensors, of any type (s1.type, s1.field, ...)
+  s1, s2                  the sensors, of any message type (s1.type, s1.field, ...)
 publishes:
-  estimate                the estimate: S2's latest message with its number and stamp replaced
+  estimate                the latest S2 message, with its number and stamp replaced
   ~/weight ~/drift ~/aggregate ~/prediction ~/innovation ~/firing_strengths
-                          why it is what it is, while subscribed
-  /diagnostics            mode, rates, drops with their reasons, and what looks wrong
+                          how the estimate came about; published while subscribed
+  /diagnostics            mode, rates, dropped samples by reason, anything suspicious
 services:
-  ~/reset, ~/enable"""
+  ~/reset                 clear the state
+  ~/enable                stop or resume publishing the estimate"""
 
 
 @command("fusion_node")

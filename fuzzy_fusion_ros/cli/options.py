@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import textwrap
 from collections.abc import Callable
 from pathlib import Path
 from typing import NoReturn, TypedDict
@@ -12,6 +13,7 @@ from typing import NoReturn, TypedDict
 from fuzzy_fusion_ros.cli.status import UsageError
 from fuzzy_fusion_ros.jobs.outputs import require_writable, writing
 from fuzzy_fusion_ros.offline.topics import ROLES, Topics
+from fuzzy_fusion_ros.text.table import WIDTH
 
 
 class Window(TypedDict):
@@ -29,11 +31,11 @@ class Parser(argparse.ArgumentParser):
 
         Args:
             name: The command.
-            description: What it does.
+            description: What it does, in paragraphs.
         """
         super().__init__(
             prog=name,
-            description=description,
+            description=_filled(description or ""),
             formatter_class=argparse.RawDescriptionHelpFormatter,
             allow_abbrev=False,
         )
@@ -45,6 +47,11 @@ class Parser(argparse.ArgumentParser):
             UsageError: Always.
         """
         raise UsageError(f"{message}; see {self.prog} --help")
+
+
+def _filled(text: str) -> str:
+    """Return paragraphs, wrapped to the width of a terminal."""
+    return "\n\n".join(textwrap.fill(each, WIDTH) for each in text.split("\n\n"))
 
 
 def add_params(parser: argparse.ArgumentParser) -> None:

@@ -1,4 +1,4 @@
-"""Simulates an inverted pendulum with two sensors, and balances it on their fused estimate."""
+"""Simulates an inverted pendulum with two sensors and balances it on their fused estimate."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from fuzzy_fusion_ros.ros.process import Stop
 
 TOPICS = """\
 publishes:
-  s1, s2                  the sensors' readings of the angle, rad
-  truth                   the angle itself, rad
+  s1, s2                  the angle as the sensors measure it, rad
+  truth                   the angle, rad
   control                 the force on the cart, N
-  joint_states            the pole, for viewers
-  /clock                  with publish_clock
+  joint_states            the pole, for visualisation
+  /clock                  if publish_clock is set
 subscribes:
   estimate                what the controller acts on"""
 
 
 @command("pendulum_node")
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the node until the run is over or it is told to stop."""
+    """Run the node until the end of the run, or until it is told to stop."""
 
     with Stop() as stop:  # before the imports that take long
         from fuzzy_fusion_ros.nodes.parameters import PendulumParameters

@@ -1,4 +1,4 @@
-"""Takes one number out of messages of any type, drops what is unusable, republishes the rest."""
+"""Extracts one number from messages of any type, drops invalid ones and republishes the rest."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from fuzzy_fusion_ros.ros.process import Stop
 
 TOPICS = """\
 subscribes:
-  input                   the sensor, of any type (input.type, input.field)
+  input                   the sensor, of any message type (input.type, input.field)
 publishes:
   output                  the number as geometry_msgs/msg/PointStamped, in point.x
-  /diagnostics            rate, age, drops with their reasons"""
+  /diagnostics            rate, age, dropped samples by reason"""
 
 
 @command("sensor_subscriber")

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
-from fuzzy_fusion_ros.batch.arrays import Stamps
 from fuzzy_fusion_ros.parameters.group import Group, group, real
 
-Counts = TypeVar("Counts", int, Stamps)
+if TYPE_CHECKING:
+    from fuzzy_fusion_ros.batch.arrays import Stamps
+
+Counts = TypeVar("Counts", int, "Stamps")
 
 START_NS = 1_000_000_000
 """Stamp of the first sample, t = 0: a stamp of zero means *no stamp* in ROS."""
