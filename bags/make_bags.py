@@ -88,10 +88,8 @@ def estimates(run: Run, parameters: Parameters) -> Iterator[Fused]:
     node = Fusion(parameters)
     for k in range(run.survived):
         stamp_ns = int(run.stamps_ns[k])
-        node.take_s2(Sample(stamp_ns, float(run.s2[k])), stamp_ns)
-        fused = node.take_s1(Sample(stamp_ns, float(run.s1[k])), stamp_ns)
-        assert fused is not None
-        yield fused
+        node.on_s2(Sample(stamp_ns, float(run.s2[k])))
+        yield from node.on_s1(Sample(stamp_ns, float(run.s1[k]))).estimates
 
 
 def write_car(path: Path, source: Path) -> None:

@@ -29,7 +29,17 @@ MAY_IMPORT = {
     "messages": {"parameters", "core", "online"},
     "bag": {"parameters", "core", "messages"},
     "offline": {"parameters", "core", "online", "batch", "messages", "bag"},
-    "scoring": {"text", "parameters", "core", "batch", "baselines", "messages", "bag", "offline"},
+    "scoring": {
+        "text",
+        "parameters",
+        "core",
+        "online",
+        "batch",
+        "baselines",
+        "messages",
+        "bag",
+        "offline",
+    },
     "plots": {
         "parameters",
         "core",

@@ -34,7 +34,7 @@ def test_every_mode_is_documented(mode: Mode) -> None:
 
 def said_when_something_comes_in() -> list[str]:
     """What the page says that the node says, in parts between what differs each time."""
-    table = NODE_PAGE.partition("## What comes in")[2].partition("\n\nA jump back")[0]
+    table = NODE_PAGE.partition("## What comes in")[2].partition("\n\nOne old stamp")[0]
     last_columns = [line.split(" | ")[-1] for line in table.splitlines() if line.startswith("| ")]
     texts = re.findall(r"`([^`]+)`", " ".join(last_columns))
     return [part for text in texts for part in text.split("…") if part.strip(" s:")]

@@ -158,15 +158,16 @@ feeds = st.lists(
 
 def fed(parameters: Parameters, feed: list[tuple[str, int, float]]) -> list[Fused]:
     """Feed anything at all; steps of time may be backwards."""
-    node, now_ns, found = Fusion(parameters), 10**18, []
+    node, now_ns = Fusion(parameters), 10**18
+    found: list[Fused] = []
     for what, step_ns, value in feed:
         now_ns = min(max(now_ns + step_ns, 0), 2**62)
         if what == "tick":
-            found.append(node.tick())
+            found += node.on_tick().estimates
         else:
-            take = node.take_s1 if what == "s1" else node.take_s2
-            found.append(take(Sample(now_ns, value), now_ns))
-    return [each for each in found if each is not None]
+            receive = node.on_s1 if what == "s1" else node.on_s2
+            found += receive(Sample(now_ns, value)).estimates
+    return found
 
 
 @pytest.mark.parametrize("trigger", ["s1", "pair", "timer"])
@@ -213,9 +214,8 @@ def test_fa_stays_between_the_sensors_but_for_the_drift(
     node = Fusion(replace(Parameters(), {**levels, "aggregator.drift.large": drift}))
     for k, value in enumerate(s2):
         stamp_ns = 10**18 + k * 10**7
-        node.take_s2(Sample(stamp_ns, value), stamp_ns)
-        fused = node.take_s1(Sample(stamp_ns, s1), stamp_ns)
-        assert fused is not None
+        node.on_s2(Sample(stamp_ns, value))
+        (fused,) = node.on_s1(Sample(stamp_ns, s1)).estimates
         fa = fused.estimate.aggregate
         assert min(s1, value) - fa.drift <= fa.value <= max(s1, value) + fa.drift
         assert fa.drift <= drift * (1.0 + 1e-12)

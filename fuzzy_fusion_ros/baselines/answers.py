@@ -18,7 +18,7 @@ def estimated(value: float, weight: float) -> Estimate:
 
 
 def waiting() -> Estimate:
-    """Return the placeholder for no estimate, before the first sample of S2."""
+    """Return the placeholder for no estimate, while a sensor has not been heard."""
     return _estimate(WAITING, 0.0, 0.0)
 
 

@@ -42,7 +42,7 @@ class Complementary(NamedTuple):
 def complementary(parameters: ComplementaryParameters) -> Method:
     """Return the method."""
     state = Complementary(s1_samples=0, stamp_ns=0, s1=0.0, s2_samples=0, s2=0.0, high=0.0, low=0.0)
-    return Method(observe_s2, update, numbers(parameters), state)
+    return Method(observe_s2, update, without_s1, numbers(parameters), state)
 
 
 def observe_s2(
@@ -86,3 +86,10 @@ def update(
     if state.s2_samples == 0:
         return waiting(), kept
     return estimated(bounded(high + low), 1.0 - share), kept
+
+
+def without_s1(
+    parameters: ComplementaryParameters, state: Complementary, stamp_ns: int
+) -> Estimate:
+    """Estimate at a sample of S2 that has been observed, with S1 held."""
+    return update(parameters, state, stamp_ns, state.s1)[0]

@@ -13,29 +13,46 @@ from fuzzy_fusion_ros.parameters.group import numbers
 
 
 class Held(NamedTuple):
-    """The newest S2 sample, if there was any."""
+    """The newest sample of either sensor, if there was any.
 
-    exists: bool
-    value: float
+    Attributes:
+        s1_samples: Samples of S1 so far.
+        s1: The newest.
+        s2_samples: Samples of S2 so far.
+        s2: The newest.
+    """
+
+    s1_samples: int
+    s1: float
+    s2_samples: int
+    s2: float
 
 
 def constant_weight(parameters: ConstantWeightParameters) -> Method:
     """Return the method."""
-    return Method(observe_s2, update, numbers(parameters), Held(exists=False, value=0.0))
+    state = Held(s1_samples=0, s1=0.0, s2_samples=0, s2=0.0)
+    return Method(observe_s2, update, without_s1, numbers(parameters), state)
 
 
 def observe_s2(
     parameters: ConstantWeightParameters, state: Held, stamp_ns: int, value: float
 ) -> Held:
     """Hold a sample of S2."""
-    return Held(exists=True, value=value)
+    return Held(state.s1_samples, state.s1, state.s2_samples + 1, value)
 
 
 def update(
     parameters: ConstantWeightParameters, state: Held, stamp_ns: int, value: float
 ) -> tuple[Estimate, Held]:
     """Blend a sample of S1 with S2 as held."""
-    if not state.exists:
-        return waiting(), state
-    mixed = blend(parameters.weight, value, state.value)
-    return estimated(mixed, parameters.weight), state
+    kept = Held(state.s1_samples + 1, value, state.s2_samples, state.s2)
+    if state.s2_samples == 0:
+        return waiting(), kept
+    return estimated(blend(parameters.weight, value, state.s2), parameters.weight), kept
+
+
+def without_s1(parameters: ConstantWeightParameters, state: Held, stamp_ns: int) -> Estimate:
+    """Blend a sample of S2 that has been observed with S1 as held."""
+    if state.s1_samples == 0:
+        return waiting()
+    return estimated(blend(parameters.weight, state.s1, state.s2), parameters.weight)

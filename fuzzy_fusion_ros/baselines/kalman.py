@@ -57,7 +57,7 @@ def kalman(parameters: KalmanParameters) -> Method:
     """Return the method."""
     nothing = Belief(signal=0.0, bias=0.0, p_signal=0.0, p_cross=0.0, p_bias=0.0)
     state = Kalman(started=False, calibrated=False, stamp_ns=0, belief=nothing)
-    return Method(observe_s2, update, numbers(parameters), state)
+    return Method(observe_s2, update, without_s1, numbers(parameters), state)
 
 
 def observe_s2(parameters: KalmanParameters, state: Kalman, stamp_ns: int, value: float) -> Kalman:
@@ -102,6 +102,11 @@ def update(
         belief=belief,
     )
     return estimated(belief.signal, gain), kept
+
+
+def without_s1(parameters: KalmanParameters, state: Kalman, stamp_ns: int) -> Estimate:
+    """Estimate at a sample of S2 that has been observed."""
+    return estimated(state.belief.signal, 0.0)
 
 
 def predict(parameters: KalmanParameters, belief: Belief, dt: float) -> Belief:

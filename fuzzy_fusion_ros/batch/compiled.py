@@ -12,7 +12,7 @@ import hashlib
 import importlib.util
 import os
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -46,13 +46,7 @@ def interpreted(function: F, **replaced: Callable[..., Any]) -> F:
         function: As for :func:`compiled`.
         replaced: As for :func:`compiled`.
     """
-    bound: Any = types.FunctionType(
-        function.__code__,
-        {**function.__globals__, **replaced},
-        function.__name__,
-        function.__defaults__,
-    )
-    return cast(F, bound)
+    return cast(F, _rebound(function, replaced))
 
 
 def can_compile() -> bool:
@@ -70,17 +64,21 @@ def _twin(function: Any, replaced: tuple[tuple[str, Any], ...]) -> Any:
         if name in names and isinstance(value, types.FunctionType) and _is_ours(value)
     }
     callees.update(replaced)
-    twin = types.FunctionType(
-        function.__code__,
-        {**function.__globals__, **{name: _twin(value, ()) for name, value in callees.items()}},
-        function.__name__,
-        function.__defaults__,
-    )
+    twin = _rebound(function, {name: _twin(value, ()) for name, value in callees.items()})
     twin.__module__ = function.__module__
     twin.__qualname__ = ".".join(
         [function.__qualname__, *(f"{value.__module__}.{name}" for name, value in replaced)]
     )
     return jit(twin)
+
+
+def _rebound(function: Any, replaced: Mapping[str, Callable[..., Any]]) -> Any:
+    return types.FunctionType(
+        function.__code__,
+        {**function.__globals__, **replaced},
+        function.__name__,
+        function.__defaults__,
+    )
 
 
 def _is_ours(function: Any) -> bool:

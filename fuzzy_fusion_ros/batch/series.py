@@ -9,13 +9,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals, Stamps, seconds_since
-from fuzzy_fusion_ros.batch.compiled import compiled
-from fuzzy_fusion_ros.core.estimator import WAITING, Estimate, initial_state, observe_s2, update
+from fuzzy_fusion_ros.batch.compiled import compiled, interpreted
+from fuzzy_fusion_ros.core.estimator import (
+    WAITING,
+    Estimate,
+    initial_state,
+    observe_s2,
+    update,
+    without_s1,
+)
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import numbers
 
 State = Any
 """State of a method; each method has its own type."""
+
+WORTH_COMPILING = 300_000
+"""From this many samples on, compiling a method for the first time costs less than it saves."""
+
+NOWHERE: Stamps = np.empty(0, np.int64)
+"""No index at all."""
 
 
 class Series(NamedTuple):
@@ -27,6 +40,10 @@ class Series(NamedTuple):
         s2_ns: Stamps of S2, rising, shape (m,), nanoseconds.
         s2: Samples of S2, finite, shape (m,).
         s2_known: How many samples of S2 had come before each of S1, not falling, shape (n,).
+        s2_alone: Indices of the S2 samples at which an estimate is due because S1 is lost, rising,
+            shape (k,).
+        started_ns: Stamp of the first sample of S1, from which on S2 is awaited, nanoseconds; 0
+            for the first of ``s1_ns``.
     """
 
     s1_ns: Stamps
@@ -34,6 +51,12 @@ class Series(NamedTuple):
     s2_ns: Stamps
     s2: Reals
     s2_known: Stamps
+    s2_alone: Stamps = NOWHERE
+    started_ns: int = 0
+
+    def at_s1(self) -> Series:
+        """Return the same samples with estimates at samples of S1 only."""
+        return self._replace(s2_alone=NOWHERE)
 
 
 def seconds(series: Series) -> tuple[Reals, Reals]:
@@ -52,21 +75,27 @@ class Method(NamedTuple):
 
     Attributes:
         observe_s2: ``(parameters, state, stamp_ns, value) -> state``.
-        update: ``(parameters, state, stamp_ns, value) -> (estimate, state)``.
-        parameters: What both take, plain numbers in named tuples.
+        update: ``(parameters, state, stamp_ns, value) -> (estimate, state)``, at a sample of S1.
+        without_s1: ``(parameters, state, stamp_ns) -> estimate`` at a sample of S2 that has been
+            observed, S1 being lost.
+        parameters: What they take, plain numbers in named tuples.
         state: The state before any sample.
     """
 
     observe_s2: Callable[[Any, State, int, float], State]
     update: Callable[[Any, State, int, float], tuple[Estimate, State]]
+    without_s1: Callable[[Any, State, int], Estimate]
     parameters: Any
     state: State
 
 
 class Trace(NamedTuple):
-    """What a method said at each S1 sample; all of shape (n,), strengths (n, 4).
+    """What a method said at each sample at which an estimate was due, in order.
+
+    These are the samples of S1 and, where S1 is lost, of S2. All of shape (n,), strengths (n, 4).
 
     Attributes:
+        stamp_ns: Stamp of the sample, nanoseconds.
         mode: WAITING where there is no estimate; the other entries are 0 there.
         value: The estimate.
         aggregate: FA's output.
@@ -78,6 +107,7 @@ class Trace(NamedTuple):
         accepted: Whether the gate let it count.
     """
 
+    stamp_ns: Stamps
     mode: NDArray[np.int64]
     value: Reals
     aggregate: Reals
@@ -88,23 +118,49 @@ class Trace(NamedTuple):
     prediction: Reals
     accepted: Flags
 
+    def rows(self, chosen: Flags) -> Trace:
+        """Return some of the rows, shape (n,) says which."""
+        return Trace._make([column[chosen] for column in self])
 
-def fusion(parameters: Parameters) -> Method:
-    """Return the method of this package."""
-    return Method(observe_s2, update, numbers(parameters), initial_state(parameters))
+
+def fusion(parameters: Parameters, started_ns: int = 0) -> Method:
+    """Return the method of this package.
+
+    Args:
+        parameters: Of the fusion.
+        started_ns: As in :class:`Series`.
+    """
+    state = initial_state(parameters)._replace(started_ns=started_ns)
+    return Method(observe_s2, update, without_s1, numbers(parameters), state)
 
 
-def run(method: Method, series: Series) -> Trace:
-    """Run a method over a series, step by step as a node would, from its initial state."""
-    trace = empty_trace(series.s1.size)
-    loop = compiled(_run, observe_s2=method.observe_s2, update=method.update)
-    loop(method.parameters, method.state, series, trace)
+def run(method: Method, series: Series, *, compile_from: int = 0) -> Trace:
+    """Run a method over a series, step by step as a node would, from its initial state.
+
+    Args:
+        method: The method.
+        series: The samples.
+        compile_from: Samples of S1 from which on the loop is compiled; shorter series are
+            interpreted, with the same result to the last bit.
+    """
+    trace = empty_trace(series.s1.size + series.s2_alone.size)
+    own: dict[str, Callable[..., Any]] = {
+        "observe_s2": method.observe_s2,
+        "update": method.update,
+        "without_s1": method.without_s1,
+    }
+    if series.s1.size >= compile_from:
+        compiled(_run, **own)(method.parameters, method.state, series, trace)
+    else:
+        plain = Series._make([*(each.tolist() for each in series[:-1]), series.started_ns])
+        interpreted(_run, **own)(method.parameters, method.state, plain, trace)
     return trace
 
 
 def empty_trace(n: int) -> Trace:
     """Return a trace of ``n`` samples, none of them estimated yet."""
     return Trace(
+        stamp_ns=np.zeros(n, np.int64),
         mode=np.zeros(n, np.int64),
         value=np.zeros(n),
         aggregate=np.zeros(n),
@@ -120,17 +176,26 @@ def empty_trace(n: int) -> Trace:
 def _run(parameters: Any, state: State, series: Series, trace: Trace) -> None:
     """Feed a series to ``observe_s2`` and ``update``, ours unless bound to another method's."""
     seen = 0
-    for k in range(series.s1.size):
-        while seen < series.s2_known[k]:
+    alone = 0
+    for k in range(len(series.s1) + 1):
+        known = series.s2_known[k] if k < len(series.s1) else len(series.s2)
+        while seen < known:
             state = observe_s2(parameters, state, series.s2_ns[seen], series.s2[seen])
+            if alone < len(series.s2_alone) and series.s2_alone[alone] == seen:
+                stamp_ns = series.s2_ns[seen]
+                write(trace, k + alone, stamp_ns, without_s1(parameters, state, stamp_ns))
+                alone += 1
             seen += 1
-        estimate, state = update(parameters, state, series.s1_ns[k], series.s1[k])
-        if estimate.mode != WAITING:
-            write(trace, k, estimate)
+        if k < len(series.s1):
+            estimate, state = update(parameters, state, series.s1_ns[k], series.s1[k])
+            write(trace, k + alone, series.s1_ns[k], estimate)
 
 
-def write(trace: Trace, k: int, estimate: Estimate) -> None:
-    """Write an estimate into row ``k`` of a trace."""
+def write(trace: Trace, k: int, stamp_ns: int, estimate: Estimate) -> None:
+    """Write what there is at a stamp into row ``k`` of a trace; nothing but it while WAITING."""
+    trace.stamp_ns[k] = stamp_ns
+    if estimate.mode == WAITING:
+        return
     trace.mode[k] = estimate.mode
     trace.value[k] = estimate.value
     trace.aggregate[k] = estimate.aggregate.value

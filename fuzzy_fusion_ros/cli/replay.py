@@ -16,6 +16,7 @@ from pathlib import Path
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import BARS
 from fuzzy_fusion_ros.cli.status import DONE, UsageError, command, say
+from fuzzy_fusion_ros.online.mode_shares import in_words
 
 
 @command("replay")
@@ -45,6 +46,7 @@ def _replay(given: argparse.Namespace) -> int:
         times = "once" if replayed.restarts == 1 else f"{replayed.restarts} times"
         say("replay", f"timestamps jumped back {times}: state cleared, restarted")
     print(f"{output}: {replayed.messages} messages copied, {replayed.estimates} estimates written")
+    print(f"modes: {in_words(replayed.modes)}")
     return DONE
 
 

@@ -25,6 +25,9 @@ from fuzzy_fusion_ros.parameters.fusion import Parameters
 WAITING, FUSED, S1_ONLY, S2_ONLY = 0, 1, 2, 3
 """Modes of an estimate. WAITING: none yet, S2 has not spoken but is not overdue either."""
 
+MODE_NAMES = {FUSED: "FUSED", S1_ONLY: "S1_ONLY", S2_ONLY: "S2_ONLY"}
+"""The modes in which there is an estimate, by name."""
+
 
 class State(NamedTuple):
     """Everything the estimator keeps between samples.
@@ -123,8 +126,14 @@ def update(
     return estimate, State(s1, state.s2, learnt, started_ns)
 
 
-def fall_back_to_s2(state: State) -> Estimate:
-    """Return S2 alone as the estimate, for when S1 is lost."""
+def without_s1(parameters: Parameters, state: State, stamp_ns: int) -> Estimate:
+    """Return S2 alone as the estimate, at a sample of S2 that has been observed: S1 is lost.
+
+    Args:
+        parameters: All parameters; none of them matters here.
+        state: The state after the sample.
+        stamp_ns: Its stamp, nanoseconds.
+    """
     return Estimate(
         mode=S2_ONLY,
         value=state.s2.value,

@@ -18,7 +18,7 @@ from fuzzy_fusion_ros.messages.layout import Layout, Walk
 from fuzzy_fusion_ros.messages.resolve import resolve_field
 from fuzzy_fusion_ros.messages.type_fields import FLOATS, INTEGER_RANGES, TypeDescriptions
 from fuzzy_fusion_ros.messages.type_names import normalise_type_name
-from fuzzy_fusion_ros.parameters.errors import MessageError
+from fuzzy_fusion_ros.parameters.errors import MessageError, StampError
 
 TIME = "builtin_interfaces/msg/Time"
 
@@ -66,6 +66,7 @@ class ScalarCodec:
 
         Raises:
             MessageError: It lacks the element, or is no message of the type.
+            StampError: The nanoseconds of its timestamp are a second or more.
         """
         view = self._view(data)
         try:
@@ -75,6 +76,8 @@ class ScalarCodec:
             if view.stamp_at is not None:
                 seconds, nanoseconds = view.stamp.unpack_from(data, view.stamp_at(data, ORIGIN))
                 stamp_ns = seconds * SECOND_NS + nanoseconds
+                if nanoseconds >= SECOND_NS:
+                    raise StampError(f"a message has {nanoseconds} ns in its timestamp")
         except struct.error as error:
             raise MessageError(f"a message is no {self.type_name}: {error}") from None
         if not 0 <= excess <= self._slack:

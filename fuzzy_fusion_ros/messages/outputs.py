@@ -12,7 +12,7 @@ from fuzzy_fusion_ros.messages.codec import ScalarCodec, Template
 from fuzzy_fusion_ros.messages.defaults import default_message
 from fuzzy_fusion_ros.messages.type_fields import TypeDescriptions
 from fuzzy_fusion_ros.messages.type_names import normalise_type_name
-from fuzzy_fusion_ros.online.fusion import Fused
+from fuzzy_fusion_ros.online.verdict import Fused
 from fuzzy_fusion_ros.parameters.fusion import EstimateParameters
 
 POINT = "geometry_msgs/msg/PointStamped"
@@ -99,20 +99,7 @@ class EstimateMessages:
         self.codec = s2 if is_s2s else ScalarCodec(types, own, parameters.field)
         self._types = types
         self._s2 = s2
-        self._frame = ""
-        self._data = default_message(types, self.codec.type_name)
-        self._template: Template | None = None
-
-    def see_s2(self, data: bytes) -> None:
-        """Take a message of S2 as the one to copy from now on."""
-        if self._copies_s2:
-            self._data, self._template = data, None
-        elif self._s2.frame(data) != self._frame:
-            self._frame = self._s2.frame(data)
-            self._data, self._template = (
-                default_message(self._types, self.codec.type_name, self._frame),
-                None,
-            )
+        self._s2_message: bytes | None = None
 
     def message(self, fused: Fused) -> bytes:
         """Return the message of an estimate.
@@ -120,6 +107,14 @@ class EstimateMessages:
         Raises:
             MessageError: The number or the stamp does not fit into it.
         """
-        if self._template is None:
-            self._template = self.codec.template(self._data)
+        if fused.s2_message is not self._s2_message:
+            self._template = self.codec.template(self._like(fused.s2_message))
+            self._s2_message = fused.s2_message
         return self._template.filled(fused.estimate.value, fused.stamp_ns)
+
+    def _like(self, s2_message: bytes) -> bytes:
+        """Return a message to fill: the one of S2, or a default one in its frame."""
+        if self._copies_s2 and s2_message:
+            return s2_message
+        frame = self._s2.frame(s2_message) if s2_message else ""
+        return default_message(self._types, self.codec.type_name, frame)

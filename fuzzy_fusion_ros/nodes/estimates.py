@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from rclpy.node import Node
 
-from fuzzy_fusion_ros.messages import InstalledTypes
+from fuzzy_fusion_ros.messages import InstalledTypes, ScalarCodec
 from fuzzy_fusion_ros.messages.outputs import (
     EXPLANATION,
     EstimateMessages,
     explain,
     point_template,
 )
-from fuzzy_fusion_ros.online.fusion import Fused
+from fuzzy_fusion_ros.online.verdict import Fused
 from fuzzy_fusion_ros.parameters.errors import MessageError
 from fuzzy_fusion_ros.parameters.fusion import EstimateParameters
 from fuzzy_fusion_ros.ros.publisher import RecordingPublisher
 from fuzzy_fusion_ros.ros.qos import ESTIMATE
 from fuzzy_fusion_ros.ros.recorder import Recorder
-from fuzzy_fusion_ros.ros.subscription import SensorInput
 
 
 class EstimateOutput:
@@ -29,13 +28,13 @@ class EstimateOutput:
         last_problem: Why the last of them did not; empty if all did.
     """
 
-    def __init__(self, parameters: EstimateParameters, s2: SensorInput) -> None:
+    def __init__(self, parameters: EstimateParameters, s2: ScalarCodec) -> None:
         """Settle type and field.
 
         Raises:
             MessageError: The type of the estimate is not installed or has no such field.
         """
-        self._messages = EstimateMessages(InstalledTypes(), parameters, s2.codec)
+        self._messages = EstimateMessages(InstalledTypes(), parameters, s2)
         self._point = point_template(InstalledTypes())
         self._estimate: RecordingPublisher | None = None
         self._explanation: dict[str, RecordingPublisher] = {}
@@ -52,10 +51,6 @@ class EstimateOutput:
         self._estimate = RecordingPublisher(
             node, "estimate", self._messages.codec.type_name, recorder, ESTIMATE
         )
-
-    def see_s2(self, data: bytes) -> None:
-        """Take a message of S2 as the one to copy from now on."""
-        self._messages.see_s2(data)
 
     @property
     def wanted(self) -> dict[str, RecordingPublisher]:

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
 from fuzzy_fusion_ros.nodes.estimates import EstimateOutput
 from fuzzy_fusion_ros.nodes.modes import OF_ESTIMATE, Mode
-from fuzzy_fusion_ros.online.fusion import Fused, Fusion
-from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.online.fusion import Fusion
+from fuzzy_fusion_ros.online.verdict import Fused
 from fuzzy_fusion_ros.ros.diagnostics import Level, Report, Summary
-from fuzzy_fusion_ros.ros.statistics import Rate, WorkTime
-from fuzzy_fusion_ros.ros.subscription import SensorInput
+from fuzzy_fusion_ros.ros.statistics import Rate, median_and_maximum
 
 
 class FusionReport:
@@ -23,35 +20,13 @@ class FusionReport:
         enabled: Whether estimates are published.
     """
 
-    def __init__(
-        self,
-        log: RcutilsLogger,
-        fusion: Fusion,
-        sensors: tuple[SensorInput, SensorInput],
-        output: EstimateOutput,
-        work: WorkTime,
-        parameters: Callable[[], Parameters],
-    ) -> None:
-        """Watch a fusion.
-
-        Args:
-            log: Where changes are said.
-            fusion: The fusion.
-            sensors: S1 and S2.
-            output: What it publishes.
-            work: How long callbacks take.
-            parameters: Tells those that hold.
-        """
+    def __init__(self, log: RcutilsLogger) -> None:
         self.mode = Mode.WAITING
         self.enabled = True
         self._log = log
-        self._fusion = fusion
-        self._sensors = sensors
-        self._output = output
-        self._work = work
-        self._parameters = parameters
         self._rate = Rate()
         self._unwritable = 0
+        self._warned = False
 
     def see(self, fused: Fused) -> None:
         """Take an estimate: it shows the mode."""
@@ -63,32 +38,47 @@ class FusionReport:
             self.enabled = enabled
             self._change(Mode.WAITING if enabled else Mode.DISABLED)
 
-    def __call__(self) -> Iterator[Report]:
-        """Say the mode, after a look at how long both sensors have been silent."""
-        parameters = self._parameters()
-        s1, s2 = self._sensors
-        if s1.age > parameters.s1.timeout and s2.age > parameters.s2.timeout:
+    def report(
+        self, stale: bool, output: EstimateOutput, fusion: Fusion, work: list[float]
+    ) -> Report:
+        """Report the mode and the node's numbers.
+
+        Args:
+            stale: Whether both sensors have been silent past their timeouts.
+            output: What has been published.
+            fusion: The fusion.
+            work: How long each message took since the last report, seconds.
+        """
+        if stale:
             self._change(Mode.STALE)
         summaries = [Summary(self.mode.level, f"{self.mode.name}: {self.mode.value}")]
-        if self._output.unwritable > self._unwritable:
+        if output.unwritable > self._unwritable:
             summaries.append(
-                Summary(Level.ERROR, f"estimates not published: {self._output.last_problem}")
+                Summary(Level.ERROR, f"estimates not published: {output.last_problem}")
             )
-        self._unwritable = self._output.unwritable
-        median, longest = self._work.take()
-        yield Report(
+        self._unwritable = output.unwritable
+        summaries += self._clocks(fusion.clock_problem())
+        median, longest = median_and_maximum(work)
+        return Report(
             "fusion",
             summaries,
             {
                 "mode": self.mode.name,
-                "estimates": self._output.published,
-                "estimate rate (Hz)": self._rate.of(self._output.published),
-                "estimates not published": self._output.unwritable,
-                "restarts after time jumped back": self._fusion.restarts,
+                "estimates": output.published,
+                "estimate rate (Hz)": self._rate.of(output.published),
+                "estimates not published": output.unwritable,
+                "restarts after timestamps jumped back": fusion.restarts,
                 "processing time, median (ms)": median * 1e3,
                 "processing time, maximum (ms)": longest * 1e3,
             },
         )
+
+    def _clocks(self, problem: str) -> list[Summary]:
+        """Warn of clocks that are apart, in the log once until they agree again."""
+        if problem and not self._warned:
+            self._log.warning(problem)
+        self._warned = bool(problem)
+        return [Summary(Level.WARN, problem)] if problem else []
 
     def _change(self, mode: Mode) -> None:
         if not self.enabled:

@@ -94,10 +94,11 @@ class PendulumNode(ConfiguredNode[PendulumParameters]):
             return
         self.recorder.write(self._source.topic, self._run.stamp_ns, data)
         self._heard = time.monotonic()
-        stamp_ns, self._estimate = self._codec.sample(data, 0)
-        current = stamp_ns == self._run.stamp_ns
+        estimate = self._codec.sample(data, 0)
+        self._estimate = estimate.value
+        current = estimate.stamp_ns == self._run.stamp_ns
         if self._lockstep and self._needs_estimate and current:
-            self._act(self._estimate)
+            self._act(estimate.value)
             self._sense()
 
     def _on_pace(self) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fuzzy_fusion_ros.core.aggregator import FiringStrengths
 from fuzzy_fusion_ros.core.estimator import FUSED
 from fuzzy_fusion_ros.core.numerics import seconds_between
-from fuzzy_fusion_ros.online.fusion import Fused
+from fuzzy_fusion_ros.online.verdict import Fused
 
 LONGEST_STEP = 1.0
 """At most so much between two estimates counts for the rule that led at the first, seconds."""

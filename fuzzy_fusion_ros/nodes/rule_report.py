@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 from fuzzy_fusion_ros.core.aggregator import FiringStrengths
 from fuzzy_fusion_ros.nodes.rule_record import SATURATED, RuleRecord
@@ -26,21 +26,19 @@ class RuleReport:
     saturated or the gate never or always accepts; and where the sensors disagree for long.
     """
 
-    def __init__(self, parameters: Callable[[], Parameters]) -> None:
-        """Report on a record that starts now.
-
-        Args:
-            parameters: Tells those that hold.
-        """
-        self._parameters = parameters
+    def __init__(self) -> None:
         self.record = RuleRecord()
 
     def restart(self) -> None:
         """Start a new record."""
         self.record = RuleRecord()
 
-    def __call__(self) -> Iterator[Report]:
-        """Say which rules led and what looks wrong."""
+    def reports(self, parameters: Parameters) -> Iterator[Report]:
+        """Report which rules led and what looks wrong.
+
+        Args:
+            parameters: Those in use.
+        """
         record = self.record
         shares = [seconds / (record.watched_s or 1.0) for seconds in record.seconds]
         values: dict[str, object] = {
@@ -54,12 +52,12 @@ class RuleReport:
         values["rate: lowest grade of large"] = record.rate[0]
         values["rate: highest grade of large"] = record.rate[1]
         values["difference fully large for (s)"] = record.apart_s
-        yield Report("rules", [*self._apart(), *self._unused()], values)
-        yield Report("gate", [*self._gate()], self._gate_values())
+        yield Report("rules", [*self._apart(parameters), *self._unused()], values)
+        yield Report("gate", [*self._gate()], self._gate_values(parameters))
 
-    def _apart(self) -> Iterator[Summary]:
+    def _apart(self, parameters: Parameters) -> Iterator[Summary]:
         if self.record.apart_s > LONG:
-            limit = self._parameters().aggregator.difference.large
+            limit = parameters.aggregator.difference.large
             yield Summary(
                 Level.WARN,
                 f"s1 and s2 have differed by {limit:g} or more for {self.record.apart_s:.1f} s: "
@@ -88,10 +86,10 @@ class RuleReport:
         if record.accepted == record.predictions:
             yield Summary(Level.WARN, "the gate accepts all: lower gate.tolerance, or tune")
 
-    def _gate_values(self) -> dict[str, object]:
+    def _gate_values(self, parameters: Parameters) -> dict[str, object]:
         record = self.record
         return {
-            "predictor enabled": self._parameters().predictor.enabled,
+            "predictor enabled": parameters.predictor.enabled,
             "predictions": record.predictions,
             "accepted": record.accepted,
             "acceptance rate": record.accepted / (record.predictions or 1),

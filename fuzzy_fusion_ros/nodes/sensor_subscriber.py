@@ -8,18 +8,18 @@ from typing import Any
 from fuzzy_fusion_ros.messages import InstalledTypes
 from fuzzy_fusion_ros.messages.outputs import POINT, point_template
 from fuzzy_fusion_ros.nodes.parameters import SubscriberParameters
+from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
 from fuzzy_fusion_ros.nodes.sensor_report import SensorReport
 from fuzzy_fusion_ros.online.guard import Guard
+from fuzzy_fusion_ros.online.timeline import Timeline
 from fuzzy_fusion_ros.ros.clock import NodeTime
-from fuzzy_fusion_ros.ros.diagnostics import Diagnostics
+from fuzzy_fusion_ros.ros.diagnostics import Diagnostics, Report
 from fuzzy_fusion_ros.ros.node import ConfiguredNode
 from fuzzy_fusion_ros.ros.publisher import RecordingPublisher
-from fuzzy_fusion_ros.ros.qos import input_profile
-from fuzzy_fusion_ros.ros.subscription import Received, SensorInput
 
 
 class SensorSubscriber(ConfiguredNode[SubscriberParameters]):
-    """Takes ``input``, drops what cannot be used, and publishes the rest as ``output``."""
+    """Subscribes to ``input``, drops what cannot be used, and publishes the rest as ``output``."""
 
     def __init__(self, **options: Any) -> None:
         """Make the node; ``options`` as :class:`ConfiguredNode` takes them.
@@ -33,39 +33,28 @@ class SensorSubscriber(ConfiguredNode[SubscriberParameters]):
         """Subscribe, publish, report."""
         node_time = NodeTime(self)
         self._guard = Guard()
+        self._timeline = Timeline(self._guard)
         self._input = SensorInput(
-            self,
-            node_time,
-            "input",
-            self.parameters.input,
-            input_profile(self.parameters.qos),
-            self._guard,
-            self.recorder,
-            self._on_sample,
-            lambda: self.parameters.future_tolerance,
+            self, node_time, "input", self.parameters.input, self._guard, self._on_message
         )
         self._output = RecordingPublisher(self, "output", POINT, self.recorder)
         self._point = functools.lru_cache(functools.partial(point_template, InstalledTypes()))
-        report = SensorReport(
-            "input", self._input, self._guard, lambda: self.parameters.input.timeout
-        )
-        self._diagnostics = Diagnostics(self, node_time, report)
+        self._report = SensorReport("input", self._input)
+        self._diagnostics = Diagnostics(self, node_time, self._reports)
 
-    def _on_sample(self, received: Received) -> bool:
-        parameters = self.parameters
-        admitted = self._guard.take(
-            received.sample,
-            received.now_ns,
-            parameters.future_tolerance,
-            parameters.input.timeout,
-            self._on_jump_back,
+    def _on_message(self, data: bytes) -> None:
+        received = self._input.receive(data)
+        if received is None:
+            return
+        admission = self._timeline.receive(
+            self._guard, received.sample, received.now_ns, self.parameters.future_tolerance
         )
-        if admitted:
-            sample = received.sample
-            point = self._point(self._input.codec.frame(received.data))
+        if admission.restarted:
+            self.log.warning("timestamps jumped back: passing on the new ones")
+        for _, sample in admission.admitted:
+            self._input.admitted()
+            point = self._point(self._input.codec.frame(sample.message))
             self._output.send(point.filled(sample.value, sample.stamp_ns), received.log_ns)
-        return admitted
 
-    def _on_jump_back(self) -> None:
-        self._guard.restart()
-        self.log.warning("stamps have jumped back: passing them on from here")
+    def _reports(self) -> list[Report]:
+        return [self._report.report(self.parameters.input.timeout)]

@@ -1,4 +1,4 @@
-"""A recording in memory: what the fusion would take of a bag, and what to compare it with."""
+"""A recording in memory: what the fusion takes from a bag, and what to compare it with."""
 
 from __future__ import annotations
 
@@ -15,19 +15,16 @@ from fuzzy_fusion_ros.batch.series import Series
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages import ScalarCodec
 from fuzzy_fusion_ros.offline.topics import Topics, codec_of, codecs_of, explanation_prefix, unit_of
-from fuzzy_fusion_ros.online.guard import Guard
+from fuzzy_fusion_ros.online.guard import Drop, Guard
+from fuzzy_fusion_ros.online.intake import Intake
 from fuzzy_fusion_ros.online.ticks import Ticks
-from fuzzy_fusion_ros.online.trigger import Step, trigger_for
+from fuzzy_fusion_ros.online.timeline import Timeline
+from fuzzy_fusion_ros.online.verdict import Verdict
 from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 Progress = Callable[[Iterable[BagMessage]], Iterable[BagMessage]]
-"""Passes messages on, and shows how far it is."""
-
-LONGEST_LATE = 1.0
-"""Seconds by which the stamp of an estimate or a truth may be late before time has jumped back."""
-
-UNREADABLE = "message does not hold the number"
+"""Passes messages on and shows how far the work is."""
 
 
 class Track(NamedTuple):
@@ -53,9 +50,9 @@ class Recording(NamedTuple):
         s2: Samples of S2.
         estimate: The estimates, empty if the bag has none.
         truth: The truth, empty if the bag has none.
-        series: The steps of an estimator, in the order in which the trigger makes them.
+        series: The steps of an estimator, in the order in which the trigger makes them due.
         start_ns: Log time of the bag's first message: where seconds count from.
-        unit: Unit of the signal, ``""`` where the types do not tell.
+        unit: Unit of the signal, ``""`` where the types do not say.
         notes: What was left out and why, one line each.
     """
 
@@ -96,29 +93,39 @@ def read_recording(
         MessageError: A field is not in its type.
     """
     bag.require_topics(topics.s1, topics.s2)
-    intake = _Intake(parameters)
-    tolerance = min(parameters.s1.timeout, parameters.s2.timeout)
-    readers = {
-        "s1": _Reader(topics.s1, tolerance, intake.take_s1),
-        "s2": _Reader(topics.s2, tolerance, intake.take_s2),
-        "estimate": _Reader(topics.estimate, LONGEST_LATE),
-        "truth": _Reader(topics.truth, LONGEST_LATE),
-    }
+    intake, steps = Intake(parameters), _Steps()
+    timer = Ticks(parameters)
     codecs = codecs_of(bag, topics, parameters)
+    readers = {
+        "s1": _Reader(topics.s1, codecs["s1"], intake.s1, intake.on_s1),
+        "s2": _Reader(topics.s2, codecs["s2"], intake.s2, intake.on_s2),
+    }
+    readers |= {
+        role: _alone(topics.by_role()[role], codecs[role], parameters.future_tolerance)
+        for role in ("estimate", "truth")
+        if role in codecs
+    }
+    by_topic: dict[str, list[_Reader]] = {}
+    for reader in readers.values():
+        by_topic.setdefault(reader.topic, []).append(reader)
     notes: list[str] = []
-    wanted = {topic for role, topic in topics.by_role().items() if role in codecs}
-    for message in progress(bag.messages(wanted, start_s, end_s)):
-        intake.tick(message.log_ns)
-        here = [role for role in codecs if readers[role].topic == message.topic]
-        if not all(
-            readers[role].take(message, codecs[role], parameters.future_tolerance) for role in here
-        ):
-            at_s = f"{(message.log_ns - (bag.start_ns or 0)) * 1e-9:.9f}".rstrip("0")
-            notes.append(
-                f"stamps of {message.topic} jump back after {at_s} s: only what comes before is "
-                f"used; --start {at_s} takes what comes after"
-            )
-            break
+    for message in progress(bag.messages(list(by_topic), start_s, end_s)):
+        if notes:  # time has jumped back; do the clocks agree now?
+            for reader in by_topic[message.topic]:
+                reader.judge(message)
+            if intake.clocks_known():
+                break
+            continue
+        if timer.due(message.log_ns) is not None:
+            steps.follow(intake.on_tick())
+        for reader in by_topic[message.topic]:
+            verdict = reader.read(message)
+            if verdict.restarted:
+                notes.append(_jump_note(reader, bag.start_ns or 0))
+                break
+            steps.follow(verdict)
+    intake.finish()
+    notes += filter(None, [intake.clock_problem()])
     for role, reader in readers.items():
         notes += reader.notes()
         if reader.is_empty and role in {"s1", "s2"}:
@@ -128,9 +135,9 @@ def read_recording(
         name=str(bag.path),
         s1=readers["s1"].track(),
         s2=readers["s2"].track(),
-        estimate=readers["estimate"].track(),
-        truth=readers["truth"].track(),
-        series=intake.series(),
+        estimate=readers["estimate"].track() if "estimate" in readers else _track([]),
+        truth=readers["truth"].track() if "truth" in readers else _track([]),
+        series=steps.series(intake.s1.first_ns),
         start_ns=bag.start_ns or 0,
         unit=unit_of(bag.topics[topics.s2].msgtype, codecs["s2"].field.text),
         notes=(*notes, *bag.problems),
@@ -140,7 +147,7 @@ def read_recording(
 def read_explanation(
     bag: BagReader, topics: Topics, start_s: float | None = None, end_s: float | None = None
 ) -> dict[str, Track]:
-    """Return what a bag holds of weight and drift behind its estimates, by name.
+    """Return the weight and the drift that a bag holds beside its estimates, by name.
 
     Args:
         bag: The bag.
@@ -150,96 +157,120 @@ def read_explanation(
     """
     prefix = explanation_prefix(topics.estimate)
     here = [name for name in ("weight", "drift") if prefix + name in bag.topics]
-    readers = {prefix + name: _Reader(prefix + name, LONGEST_LATE) for name in here}
-    codecs = {each: codec_of(bag, each) for each in readers}
+    readers = {
+        prefix + name: _alone(prefix + name, codec_of(bag, prefix + name), math.inf)
+        for name in here
+    }
     for message in bag.messages(list(readers), start_s, end_s):
-        readers[message.topic].take(message, codecs[message.topic], math.inf)
+        readers[message.topic].read(message)
     return {name: readers[prefix + name].track() for name in here}
 
 
+def count_drops(topic: str, guard: Guard) -> list[str]:
+    """Return what a guard has dropped, one line a reason."""
+    return [f"{topic}: {count} dropped: {reason.value}" for reason, count in guard.dropped.items()]
+
+
 class _Reader:
-    """The samples of one topic that pass its guard."""
+    """The samples of one topic that are admitted."""
 
     def __init__(
-        self, topic: str, tolerance: float, then: Callable[[Sample], None] = lambda sample: None
+        self,
+        topic: str,
+        codec: ScalarCodec,
+        guard: Guard,
+        judge: Callable[[Sample, int], Verdict],
     ) -> None:
         self.topic = topic
-        self.unreadable = 0
-        self._guard = Guard()
-        self._tolerance = tolerance
-        self._then = then
-        self._jumped = False
+        self._codec = codec
+        self._guard = guard
+        self._judge = judge
         self._rows: list[tuple[int, float, int]] = []
+        self.held_log_ns = 0
 
     @property
     def is_empty(self) -> bool:
         return not self._rows
 
-    def take(self, message: BagMessage, codec: ScalarCodec, future_tolerance: float) -> bool:
-        """Take a message's sample or count why not; return whether time goes on."""
-        log_ns = message.log_ns
+    def judge(self, message: BagMessage) -> tuple[Sample, Verdict]:
+        """Return the sample of a message and what becomes of it."""
         try:
-            sample = codec.sample(message.data, log_ns)
-        except MessageError:
-            self.unreadable += 1
-            return True
-        admitted = self._guard.take(sample, log_ns, future_tolerance, self._tolerance, self._jump)
-        if admitted and not self._jumped:
-            self._rows.append((sample.stamp_ns, sample.value, log_ns))
-            self._then(sample)
-        return not self._jumped
+            sample = self._codec.sample(message.data, message.log_ns)
+        except MessageError as error:
+            self._guard.drop(Drop.of(error))
+            return Sample(0, math.nan), Verdict(drop=Drop.of(error))
+        return sample, self._judge(sample, message.log_ns)
 
-    def _jump(self) -> None:
-        self._jumped = True
-        self._guard.restart()
+    def read(self, message: BagMessage) -> Verdict:
+        """Keep the sample of a message if it is admitted; return what becomes of it."""
+        sample, verdict = self.judge(message)
+        if verdict.admitted and not verdict.restarted:
+            self._rows.append((sample.stamp_ns, sample.value, message.log_ns))
+            self.held_log_ns = 0
+        elif verdict.drop is None and not self.held_log_ns:
+            self.held_log_ns = message.log_ns
+        return verdict
 
     def notes(self) -> list[str]:
-        dropped = {reason.value: count for reason, count in self._guard.dropped.items()}
-        if self.unreadable:
-            dropped[UNREADABLE] = self.unreadable
-        return [f"{self.topic}: {count} left out, {reason}" for reason, count in dropped.items()]
+        return count_drops(self.topic, self._guard)
 
     def track(self) -> Track:
-        stamps, values, logs = zip(*self._rows, strict=True) if self._rows else ((), (), ())
-        return Track(
-            np.array(stamps, np.int64), np.array(values, np.float64), np.array(logs, np.int64)
-        )
+        return _track(self._rows)
 
 
-class _Intake:
-    """The steps that the trigger makes of admitted samples, as arrays."""
+def _track(rows: list[tuple[int, float, int]]) -> Track:
+    stamps, values, logs = zip(*rows, strict=True) if rows else ((), (), ())
+    return Track(np.array(stamps, np.int64), np.array(values, np.float64), np.array(logs, np.int64))
 
-    def __init__(self, parameters: Parameters) -> None:
-        self._trigger = trigger_for(parameters)
-        self._ticks = Ticks(parameters)
+
+def _alone(topic: str, codec: ScalarCodec, future_tolerance: float) -> _Reader:
+    """Return a reader of a topic whose samples have nothing to do with other topics'."""
+    guard = Guard()
+    timeline = Timeline(guard)
+
+    def judge(sample: Sample, now_ns: int) -> Verdict:
+        admission = timeline.receive(guard, sample, now_ns, future_tolerance)
+        return Verdict(len(admission.admitted), admission.drop, admission.restarted)
+
+    return _Reader(topic, codec, guard, judge)
+
+
+def _jump_note(reader: _Reader, start_ns: int) -> str:
+    at_s = f"{(reader.held_log_ns - start_ns) * 1e-9:.9f}".rstrip("0")
+    return (
+        f"timestamps of {reader.topic} jump back at {at_s} s: only what comes before is used; "
+        f"--start {at_s} uses what comes after"
+    )
+
+
+class _Steps:
+    """The steps of verdicts, as arrays."""
+
+    def __init__(self) -> None:
         self._s1: list[Sample] = []
         self._s2: list[Sample] = []
         self._known: list[int] = []
+        self._alone: list[int] = []
 
-    def tick(self, log_ns: int) -> None:
-        if self._ticks.due(log_ns) is not None:
-            self._do(self._trigger.on_tick())
+    def follow(self, verdict: Verdict) -> None:
+        for step in verdict.steps:
+            if step.s2_alone:
+                self._alone.append(len(self._s2))
+            if step.s2 is not None:
+                self._s2.append(step.s2)
+            if step.s1 is not None:
+                self._s1.append(step.s1)
+                self._known.append(len(self._s2))
 
-    def take_s1(self, sample: Sample) -> None:
-        self._do(self._trigger.on_s1(sample))
-
-    def take_s2(self, sample: Sample) -> None:
-        self._do(self._trigger.on_s2(sample))
-
-    def _do(self, step: Step) -> None:
-        if step.s2 is not None:
-            self._s2.append(step.s2)
-        if step.s1 is not None:
-            self._s1.append(step.s1)
-            self._known.append(len(self._s2))
-
-    def series(self) -> Series:
+    def series(self, started_ns: int) -> Series:
         return Series(
             s1_ns=_stamps(self._s1),
             s1=_values(self._s1),
             s2_ns=_stamps(self._s2),
             s2=_values(self._s2),
             s2_known=np.array(self._known, np.int64),
+            s2_alone=np.array(self._alone, np.int64),
+            started_ns=started_ns,
         )
 
 

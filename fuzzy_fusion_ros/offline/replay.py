@@ -5,7 +5,6 @@ Reads straight through: messages in log order, samples, ``Fusion``, messages.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Collection, Iterator
 from itertools import zip_longest
 from pathlib import Path
@@ -15,17 +14,20 @@ from fuzzy_fusion_ros.bag.metadata import offered_qos
 from fuzzy_fusion_ros.bag.reader import BagReader, open_bag
 from fuzzy_fusion_ros.bag.topic import BagMessage, Definition, Topic
 from fuzzy_fusion_ros.bag.writer import BagWriter
+from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages.outputs import (
     EXPLANATION,
     EstimateMessages,
     explain,
     point_template,
 )
-from fuzzy_fusion_ros.offline.recording import UNREADABLE, Progress
+from fuzzy_fusion_ros.offline.recording import Progress, count_drops
 from fuzzy_fusion_ros.offline.topics import Topics, codecs_of, explanation_prefix
-from fuzzy_fusion_ros.online.fusion import Fused, Fusion
-from fuzzy_fusion_ros.online.guard import Guard
+from fuzzy_fusion_ros.online.fusion import Fusion
+from fuzzy_fusion_ros.online.guard import Drop, Guard
+from fuzzy_fusion_ros.online.mode_shares import ModeShares
 from fuzzy_fusion_ros.online.ticks import Ticks
+from fuzzy_fusion_ros.online.verdict import Verdict
 from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 
@@ -39,12 +41,14 @@ class Replayed(NamedTuple):
         messages: Messages of the input that were copied.
         estimates: Estimates that were written.
         restarts: How often time jumped back.
+        modes: The share of time in each mode, 0 to 1, by name.
         notes: What was left out and why, one line each.
     """
 
     messages: int
     estimates: int
     restarts: int
+    modes: dict[str, float]
     notes: tuple[str, ...]
 
 
@@ -96,7 +100,7 @@ def replay(
                 writer.write(*out)
             writer.write(*message)
             copied += 1
-            for out in station.take(message):
+            for out in station.on_message(message):
                 writer.write(*out)
     return station.result(copied)
 
@@ -155,65 +159,73 @@ class _Station:
         self._prefix = explanation_prefix(topics.estimate)
         self.outputs = {topics.estimate: self._estimates.codec.type_name}
         self.outputs |= {self._prefix + name: kind for name, kind in EXPLANATION.items()}
-        self._unreadable: Counter[str] = Counter()
+        self._modes = ModeShares()
         self._unwritable = 0
         self._written = 0
 
     def before(self, log_ns: int) -> Iterator[BagMessage]:
-        """Yield what ticks have brought about by the time of the next message."""
+        """Yield what ticks bring about by the time of the next message."""
         due_ns = self._ticks.due(log_ns)
         if due_ns is not None:
-            yield from self._publish(self._fusion.tick(), due_ns)
+            yield from self._publish(self._fusion.on_tick(), due_ns)
 
-    def take(self, message: BagMessage) -> Iterator[BagMessage]:
+    def on_message(self, message: BagMessage) -> Iterator[BagMessage]:
         """Yield what a message brings about."""
-        try:
-            if message.topic == self._topics.s1:
-                yield from self._publish(self._take_s1(message), message.log_ns)
-            if message.topic == self._topics.s2:
-                yield from self._publish(self._take_s2(message), message.log_ns)
-        except MessageError:
-            self._unreadable[message.topic] += 1
+        if message.topic == self._topics.s1:
+            yield from self._publish(self._on_s1(message), message.log_ns)
+        if message.topic == self._topics.s2:
+            yield from self._publish(self._on_s2(message), message.log_ns)
 
     def result(self, copied: int) -> Replayed:
         """Return what was done."""
-        notes = [f"{topic}: {n} left out, {UNREADABLE}" for topic, n in self._unreadable.items()]
-        notes += _dropped(self._topics.s1, self._fusion.s1)
-        notes += _dropped(self._topics.s2, self._fusion.s2)
+        self._fusion.finish()
+        notes = count_drops(self._topics.s1, self._fusion.s1)
+        notes += count_drops(self._topics.s2, self._fusion.s2)
+        notes += filter(None, [self._fusion.clock_problem()])
         if self._unwritable:
             notes.append(
                 f"{self._unwritable} estimates do not fit into {self._estimates.codec.type_name}"
             )
-        return Replayed(copied, self._written, self._fusion.restarts, (*notes, *self._bag.problems))
+        return Replayed(
+            copied,
+            self._written,
+            self._fusion.restarts,
+            self._modes.shares(),
+            (*notes, *self._bag.problems),
+        )
 
-    def _take_s1(self, message: BagMessage) -> Fused | None:
-        sample = self._codecs["s1"].sample(message.data, message.log_ns)
-        return self._fusion.take_s1(sample, message.log_ns)
-
-    def _take_s2(self, message: BagMessage) -> Fused | None:
-        sample = self._codecs["s2"].sample(message.data, message.log_ns)
-        admitted = self._fusion.s2.admitted
-        fused = self._fusion.take_s2(sample, message.log_ns)
-        if self._fusion.s2.admitted > admitted:
-            self._estimates.see_s2(message.data)
-        return fused
-
-    def _publish(self, fused: Fused | None, log_ns: int) -> Iterator[BagMessage]:
-        if fused is None:
-            return
+    def _on_s1(self, message: BagMessage) -> Verdict:
         try:
-            data = self._estimates.message(fused)
-        except MessageError:
-            self._unwritable += 1
-            return
-        self._written += 1
-        yield self._message(self._topics.estimate, log_ns, data)
-        for name, data in explain(self._point, fused):
-            yield self._message(self._prefix + name, log_ns, data)
+            sample = self._codecs["s1"].sample(message.data, message.log_ns)
+        except MessageError as error:
+            return _unread(self._fusion.s1, error)
+        return self._fusion.on_s1(sample, message.log_ns)
+
+    def _on_s2(self, message: BagMessage) -> Verdict:
+        try:
+            stamp_ns, value, _ = self._codecs["s2"].sample(message.data, message.log_ns)
+        except MessageError as error:
+            return _unread(self._fusion.s2, error)
+        return self._fusion.on_s2(Sample(stamp_ns, value, message.data), message.log_ns)
+
+    def _publish(self, verdict: Verdict, log_ns: int) -> Iterator[BagMessage]:
+        for fused in verdict.estimates:
+            self._modes.see(fused.estimate.mode, fused.stamp_ns)
+            try:
+                data = self._estimates.message(fused)
+            except MessageError:
+                self._unwritable += 1
+                continue
+            self._written += 1
+            yield self._message(self._topics.estimate, log_ns, data)
+            for name, data in explain(self._point, fused):
+                yield self._message(self._prefix + name, log_ns, data)
 
     def _message(self, topic: str, log_ns: int, data: bytes) -> BagMessage:
         return BagMessage(topic, self.outputs[topic], log_ns, data)
 
 
-def _dropped(topic: str, guard: Guard) -> list[str]:
-    return [f"{topic}: {n} left out, {reason.value}" for reason, n in guard.dropped.items()]
+def _unread(guard: Guard, error: MessageError) -> Verdict:
+    drop = Drop.of(error)
+    guard.drop(drop)
+    return Verdict(drop=drop)

@@ -1,134 +1,144 @@
-"""The fusion of two streams: guards, trigger and estimator in one, for node and replay alike.
+"""The fusion of two streams, for node and replay alike: the intake decides, the estimator answers.
 
-What happens is decided by the samples alone, in the order in which they are taken, so the same
-samples always give the same estimates.
+What happens depends on the samples alone, in the order in which they come, so the same samples
+always give the same estimates.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from fuzzy_fusion_ros.core.estimator import (
     WAITING,
     Estimate,
-    fall_back_to_s2,
     initial_state,
     observe_s2,
     update,
+    without_s1,
 )
-from fuzzy_fusion_ros.core.numerics import seconds_between
 from fuzzy_fusion_ros.core.sample import Sample
-from fuzzy_fusion_ros.online.guard import Drop, Guard
-from fuzzy_fusion_ros.online.trigger import Step, trigger_for
+from fuzzy_fusion_ros.online.guard import Guard
+from fuzzy_fusion_ros.online.intake import Intake
+from fuzzy_fusion_ros.online.trigger import Step
+from fuzzy_fusion_ros.online.verdict import Fused, Verdict
 from fuzzy_fusion_ros.parameters.fusion import Parameters
-
-
-class Fused(NamedTuple):
-    """An estimate with the stamp of the sample that it is for."""
-
-    stamp_ns: int
-    estimate: Estimate
 
 
 class Fusion:
     """Takes samples of S1 and S2 as they come and gives estimates.
 
+    >>> fusion = Fusion(Parameters())
+    >>> verdict = fusion.on_s2(Sample(stamp_ns=1_000_000_000, value=0.5))
+    >>> verdict = fusion.on_s1(Sample(stamp_ns=1_000_000_000, value=0.5))
+    >>> verdict.estimates[0].estimate.value
+    0.5
+
     Attributes:
-        s1, s2: The guards, with the counts of what was admitted and dropped.
-        restarts: How often time jumped back.
+        restarts: How often timestamps jumped to a new timeline.
     """
 
     def __init__(self, parameters: Parameters) -> None:
-        self._parameters = parameters
-        self.s1 = Guard()
-        self.s2 = Guard()
-        self.restarts = 0
+        self._intake = Intake(parameters)
         self._state = initial_state(parameters)
-        self._trigger = trigger_for(parameters)
         self._estimated_ns = 0
+        self._s2_message = b""
+        self.restarts = 0
+
+    @property
+    def s1(self) -> Guard:
+        """The guard of S1, with the counts of what was admitted and dropped."""
+        return self._intake.s1
+
+    @property
+    def s2(self) -> Guard:
+        """The guard of S2."""
+        return self._intake.s2
 
     @property
     def parameters(self) -> Parameters:
         """The parameters, replaced as a whole; the next sample sees the new ones."""
-        return self._parameters
+        return self._intake.parameters
 
     @parameters.setter
     def parameters(self, parameters: Parameters) -> None:
-        other_rules = first_rules(parameters) != first_rules(self._parameters)
-        self._parameters = parameters
-        self._trigger.parameters = parameters
+        other_rules = first_rules(parameters) != first_rules(self.parameters)
+        self._intake.parameters = parameters
         if other_rules:
             fresh = initial_state(parameters).predictor
             self._state = self._state._replace(predictor=fresh)
 
-    def reset(self) -> None:
-        """Forget all samples; the counts stay."""
-        self._state = initial_state(self._parameters)
-        self._trigger = trigger_for(self._parameters)
-        self._estimated_ns = 0
-        self.s1.restart()
-        self.s2.restart()
-
-    def take_s1(self, sample: Sample, now_ns: int) -> Fused | None:
+    def on_s1(self, sample: Sample, now_ns: int | None = None) -> Verdict:
         """Take a sample of S1.
 
         Args:
             sample: The sample as it came, whatever it holds.
-            now_ns: Time of receipt, nanoseconds on the clock of the stamps.
+            now_ns: Time of receipt, nanoseconds on the clock of the stamps; the stamp unless
+                given.
 
         Returns:
-            The estimate that is due now, if any.
+            Whether it counts, and the estimates that are due now.
         """
-        if not self._admits(self.s1, sample, now_ns):
-            return None
-        if self._state.started_ns == 0:
-            self._state = self._state._replace(started_ns=sample.stamp_ns)
-        return self._do(self._trigger.on_s1(sample))
+        now_ns = sample.stamp_ns if now_ns is None else now_ns
+        return self._follow(self._intake.on_s1(sample, now_ns))
 
-    def take_s2(self, sample: Sample, now_ns: int) -> Fused | None:
-        """Take a sample of S2; as :meth:`take_s1`."""
-        if not self._admits(self.s2, sample, now_ns):
-            return None
-        return self._do(self._trigger.on_s2(sample))
+    def on_s2(self, sample: Sample, now_ns: int | None = None) -> Verdict:
+        """Take a sample of S2; as :meth:`on_s1`."""
+        now_ns = sample.stamp_ns if now_ns is None else now_ns
+        return self._follow(self._intake.on_s2(sample, now_ns))
 
-    def tick(self) -> Fused | None:
+    def on_tick(self) -> Verdict:
         """Take a tick of the timer, for the trigger of that name."""
-        return self._do(self._trigger.on_tick())
+        return self._follow(self._intake.on_tick())
 
-    def _admits(self, guard: Guard, sample: Sample, now_ns: int) -> bool:
-        tolerance = min(self._parameters.s1.timeout, self._parameters.s2.timeout)
-        future_tolerance = self._parameters.future_tolerance
-        return guard.take(sample, now_ns, future_tolerance, tolerance, self._jump)
+    def restart(self) -> Verdict:
+        """Start a new timeline, with the samples that are held: the clock has jumped back."""
+        return self._follow(self._intake.restart())
 
-    def _jump(self) -> None:
-        self.restarts += 1
-        self.reset()
+    def reset(self) -> None:
+        """Forget all samples; the counts stay."""
+        self._intake.reset()
+        self._clear()
 
-    def _do(self, step: Step) -> Fused | None:
-        self.s1.drop(Drop.UNPAIRED, step.unpaired_s1)
-        self.s2.drop(Drop.UNPAIRED, step.unpaired_s2)
+    def clock_problem(self) -> str:
+        """Say how far the sensors' clocks are apart, ``""`` while that does no harm."""
+        return self._intake.clock_problem()
+
+    def finish(self) -> None:
+        """Count samples that are still held as dropped: nothing more will come."""
+        self._intake.finish()
+
+    def _clear(self) -> None:
+        self._state = initial_state(self.parameters)
+        self._estimated_ns = 0
+
+    def _follow(self, verdict: Verdict) -> Verdict:
+        """Do the steps of a verdict and add the estimates."""
+        if verdict.restarted:
+            self.restarts += 1
+            self._clear()
+        if self._state.started_ns == 0:
+            self._state = self._state._replace(started_ns=self.s1.first_ns)
+        estimates = tuple([fused for each in verdict.steps for fused in self._do(each)])
+        return Verdict(verdict.admitted, verdict.drop, verdict.restarted, verdict.steps, estimates)
+
+    def _do(self, step: Step) -> tuple[Fused, ...]:
         if step.s2 is not None:
-            self._state = observe_s2(self._parameters, self._state, step.s2.stamp_ns, step.s2.value)
+            self._s2_message = step.s2.message
+            self._state = observe_s2(self.parameters, self._state, step.s2.stamp_ns, step.s2.value)
         if step.s1 is not None:
-            return self._estimate(step.s1)
-        if step.s2 is not None and self._lost_s1(step.s2.stamp_ns):
-            return self._fused(step.s2.stamp_ns, fall_back_to_s2(self._state))
-        return None
+            estimate, self._state = update(
+                self.parameters, self._state, step.s1.stamp_ns, step.s1.value
+            )
+            return self._fused(step.s1.stamp_ns, estimate)
+        if step.s2 is not None and step.s2_alone:
+            stamp_ns = step.s2.stamp_ns
+            return self._fused(stamp_ns, without_s1(self.parameters, self._state, stamp_ns))
+        return ()
 
-    def _estimate(self, s1: Sample) -> Fused | None:
-        estimate, self._state = update(self._parameters, self._state, s1.stamp_ns, s1.value)
-        return None if estimate.mode == WAITING else self._fused(s1.stamp_ns, estimate)
-
-    def _fused(self, stamp_ns: int, estimate: Estimate) -> Fused | None:
+    def _fused(self, stamp_ns: int, estimate: Estimate) -> tuple[Fused, ...]:
         """Let estimates out in rising order of stamps only."""
-        if stamp_ns <= self._estimated_ns:
-            return None
+        if estimate.mode == WAITING or stamp_ns <= self._estimated_ns:
+            return ()
         self._estimated_ns = stamp_ns
-        return Fused(stamp_ns, estimate)
-
-    def _lost_s1(self, stamp_ns: int) -> bool:
-        heard_ns = self.s2.first_ns if self.s1.newest_ns is None else self.s1.newest_ns
-        return seconds_between(heard_ns, stamp_ns) > self._parameters.s1.timeout
+        return (Fused(stamp_ns, estimate, self._s2_message),)
 
 
 def first_rules(parameters: Parameters) -> tuple[int, int, float, float]:

@@ -1,17 +1,21 @@
-"""The guard in front of each sensor: what may not reach the method is named and counted."""
+"""The guard of each sensor: what must not reach the method is dropped, named and counted."""
 
 from __future__ import annotations
 
 import enum
 import math
-from collections import Counter
-from collections.abc import Callable
+import statistics
+from collections import Counter, deque
 
 from fuzzy_fusion_ros.core.numerics import seconds_between
 from fuzzy_fusion_ros.core.sample import Sample
+from fuzzy_fusion_ros.parameters.errors import MessageError, StampError
 
-OLDER_IN_A_ROW = 5
-"""So many samples that are older than the last, but rise among themselves, are a new timeline."""
+DELAYS = 32
+"""Samples of which it is kept how long after their stamps they arrived."""
+
+FEWEST_DELAYS = 3
+"""Fewer say nothing about a sensor's clock."""
 
 
 class Drop(enum.Enum):
@@ -19,114 +23,86 @@ class Drop(enum.Enum):
 
     NOT_FINITE = "value is not finite"
     ZERO_STAMP = "stamp is zero"
+    NEGATIVE_STAMP = "stamp is negative: before 1970, or seconds past 2038 in a signed field"
+    BAD_NANOSECONDS = "nanoseconds of the stamp are 1e9 or more"
     FUTURE_STAMP = "stamp is too far in the future"
     NOT_NEWER = "stamp is not newer than the last"
+    OTHER_TIMELINE = "stamp belongs to another timeline"
     UNPAIRED = "no partner with an equal stamp"
     UNREADABLE = "message lacks the field"
 
+    @classmethod
+    def of(cls, error: MessageError) -> Drop:
+        """Return the reason for an error in reading a message."""
+        return cls.BAD_NANOSECONDS if isinstance(error, StampError) else cls.UNREADABLE
+
 
 class Guard:
-    """Admits the samples of one sensor in rising order of stamps.
+    """Checks the samples of one sensor and counts what became of them.
 
     Attributes:
         first_ns: Stamp of the first sample admitted since the last restart, 0 before it.
         newest_ns: Stamp of the last admitted sample, ``None`` before the first.
+        left_ns: Newest stamp of the timeline that the last restart left, ``None`` once it has
+            been passed.
+        in_a_row: Samples admitted since the last restart.
         admitted: Samples admitted since construction.
         dropped: Samples dropped since construction, by reason.
         last_drop: The last reason, ``None`` if there was none.
+        delays_ns: How long after their stamps the newest samples arrived, nanoseconds.
     """
 
     def __init__(self) -> None:
         self.admitted = 0
         self.dropped: Counter[Drop] = Counter()
         self.last_drop: Drop | None = None
+        self.newest_ns: int | None = None
+        self.delays_ns: deque[int] = deque(maxlen=DELAYS)
         self.restart()
 
     def restart(self) -> None:
-        """Forget the timeline, keep the counts."""
+        """Start a new timeline; the counts stay."""
+        self.left_ns = self.newest_ns
+        self.newest_ns = None
         self.first_ns = 0
-        self.newest_ns: int | None = None
-        self._in_a_row = 0
-        self._older_ns = 0
-        self._older_in_a_row = 0
+        self.in_a_row = 0
 
-    def take(
-        self,
-        sample: Sample,
-        now_ns: int,
-        future_tolerance: float,
-        jump_tolerance: float,
-        on_jump: Callable[[], None],
-    ) -> bool:
-        """Admit a sample, or drop it and count why; return whether it is admitted.
+    def fault(self, sample: Sample, now_ns: int, future_tolerance: float) -> Drop | None:
+        """Return why a sample cannot be used whatever came before it, ``None`` if it can.
 
         Args:
-            sample: The sample as it came.
-            now_ns: Time of receipt on the clock of the stamps, nanoseconds.
-            future_tolerance: As :meth:`fault` takes it, seconds.
-            jump_tolerance: As :meth:`jumped_back` takes it, seconds.
-            on_jump: Called when the sample opens a new timeline; it must restart this guard.
-        """
-        fault = self.fault(sample.stamp_ns, sample.value, now_ns, future_tolerance)
-        if fault is None and self.jumped_back(sample.stamp_ns, jump_tolerance):
-            on_jump()
-        if fault is None and not self.admit(sample.stamp_ns):
-            fault = Drop.NOT_NEWER
-        if fault is not None:
-            self.drop(fault)
-        return fault is None
-
-    def fault(
-        self, stamp_ns: int, value: float, now_ns: int, future_tolerance: float
-    ) -> Drop | None:
-        """Return why a sample can never be used, whatever came before it.
-
-        Args:
-            stamp_ns: Its stamp, nanoseconds.
-            value: Its value, NaN and infinities included.
+            sample: The sample; its value may be NaN or infinite.
             now_ns: Time of receipt on the clock of the stamps, nanoseconds.
             future_tolerance: How far stamps may be ahead of ``now_ns``, seconds.
         """
-        if not math.isfinite(value):
+        stamp_ns = sample.stamp_ns
+        if not math.isfinite(sample.value):
             return Drop.NOT_FINITE
-        if stamp_ns == 0:
-            return Drop.ZERO_STAMP
+        if stamp_ns <= 0:
+            return Drop.NEGATIVE_STAMP if stamp_ns < 0 else Drop.ZERO_STAMP
         if seconds_between(now_ns, stamp_ns) > future_tolerance:
             return Drop.FUTURE_STAMP
-        return None
+        return Drop.NOT_NEWER if stamp_ns == self.newest_ns else None
 
-    def jumped_back(self, stamp_ns: int, tolerance: float) -> bool:
-        """Return whether a stamp opens a new timeline rather than being late in this one.
+    @property
+    def delay(self) -> float | None:
+        """How long after their stamps samples arrive, seconds; ``None`` while too few have."""
+        if len(self.delays_ns) < FEWEST_DELAYS:
+            return None
+        return statistics.median(self.delays_ns) * 1e-9
 
-        It does when it is older than the last by more than ``tolerance`` seconds, when it is
-        no newer than the first of many, as in a looped recording, or when it is the last of
-        ``OLDER_IN_A_ROW`` older ones that rise among themselves.
-        """
-        if self.newest_ns is None or stamp_ns >= self.newest_ns:
-            self._older_in_a_row = 0
-            return False
-        rises = self._older_in_a_row == 0 or stamp_ns > self._older_ns
-        self._older_in_a_row = self._older_in_a_row + 1 if rises else 1
-        self._older_ns = stamp_ns
-        return (
-            seconds_between(stamp_ns, self.newest_ns) > tolerance
-            or (stamp_ns <= self.first_ns and self._in_a_row >= OLDER_IN_A_ROW)
-            or self._older_in_a_row >= OLDER_IN_A_ROW
-        )
-
-    def admit(self, stamp_ns: int) -> bool:
-        """Admit a sample if it is newer than the last; else it is to be dropped."""
-        if self.newest_ns is not None and stamp_ns <= self.newest_ns:
-            return False
+    def admit(self, stamp_ns: int) -> None:
+        """Admit a sample that is newer than the last."""
         if self.newest_ns is None:
             self.first_ns = stamp_ns
         self.newest_ns = stamp_ns
-        self._in_a_row += 1
+        if self.left_ns is not None and stamp_ns >= self.left_ns:
+            self.left_ns = None
+        self.in_a_row += 1
         self.admitted += 1
-        return True
 
     def drop(self, reason: Drop, samples: int = 1) -> None:
-        """Count dropped samples, which may be none."""
+        """Count dropped samples; there may be none."""
         if samples > 0:
             self.dropped[reason] += samples
             self.last_drop = reason

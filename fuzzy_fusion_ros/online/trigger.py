@@ -1,7 +1,7 @@
 """Triggers: which samples make a step of the estimator, and when.
 
-Each takes admitted samples and answers with the step that is now due: samples of S2 to observe,
-then at most one of S1 to estimate at.
+Each takes admitted samples and answers with the step that is due now: a sample of S2 to observe,
+then one of S1 to estimate at; either may be missing.
 """
 
 from __future__ import annotations
@@ -19,18 +19,20 @@ PENDING = 256
 
 
 class Step(NamedTuple):
-    """What the estimator is to do now: observe S2, if any, then estimate at S1, if any.
+    """What the estimator has to do now: observe S2, if any, then estimate at S1, if any.
 
     Attributes:
         s2: The sample to observe.
         s1: The sample to estimate at.
-        unpaired_s1, unpaired_s2: Samples given up on, because no partner can come any more.
+        unpaired_s1, unpaired_s2: Samples given up, because no partner can come any more.
+        s2_alone: Whether to estimate at the sample of S2, because S1 is lost.
     """
 
     s2: Sample | None = None
     s1: Sample | None = None
     unpaired_s1: int = 0
     unpaired_s2: int = 0
+    s2_alone: bool = False
 
 
 NOTHING = Step()
@@ -111,7 +113,7 @@ class PairTrigger:
     def on_s1(self, sample: Sample) -> Step:
         """Estimate at it if its partner is there or S2 is lost."""
         self._s1.hear(sample)
-        partner = self._s2.take(sample.stamp_ns)
+        partner = self._s2.pop(sample.stamp_ns)
         if partner is not None:
             return self._release(sample.stamp_ns, Step(s2=partner, s1=sample))
         if self._s2.lost_at(sample.stamp_ns, self.parameters.s2.timeout):
@@ -121,7 +123,7 @@ class PairTrigger:
     def on_s2(self, sample: Sample) -> Step:
         """Estimate at its partner if that is there, or let it through alone if S1 is lost."""
         self._s2.hear(sample)
-        partner = self._s1.take(sample.stamp_ns)
+        partner = self._s1.pop(sample.stamp_ns)
         if partner is not None:
             return self._release(sample.stamp_ns, Step(s2=sample, s1=partner))
         if self._s1.lost_at(sample.stamp_ns, self.parameters.s1.timeout):
@@ -165,7 +167,7 @@ class _Waiting:
         self._samples.popitem(last=False)
         return 1
 
-    def take(self, stamp_ns: int) -> Sample | None:
+    def pop(self, stamp_ns: int) -> Sample | None:
         return self._samples.pop(stamp_ns, None)
 
     def forget_before(self, stamp_ns: int) -> int:

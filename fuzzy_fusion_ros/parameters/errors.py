@@ -32,5 +32,9 @@ class MessageError(FusionError):
     """A message type, a field path or a message does not fit what was asked of it."""
 
 
+class StampError(MessageError):
+    """The nanoseconds of a message's timestamp are a second or more."""
+
+
 class BagError(FusionError):
     """A bag cannot be read, written, or lacks what was asked of it."""

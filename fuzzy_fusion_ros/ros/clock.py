@@ -13,17 +13,22 @@ from rclpy.timer import Timer
 
 
 class NodeTime:
-    """Tells the time to the parts of a node."""
+    """The time of a node.
+
+    Attributes:
+        simulated: Whether the node's clock follows /clock; kept, since asking costs time.
+    """
 
     def __init__(self, node: Node) -> None:
         self._node = node
         self._clock = node.get_clock()
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        threshold = JumpThreshold(min_forward=None, min_backward=None, on_clock_change=True)
+        self._changes = self._clock.create_jump_callback(threshold, post_callback=self._on_change)
+        self._on_change(None)
 
-    @property
-    def simulated(self) -> bool:
-        """Whether the node's clock follows /clock."""
-        return isinstance(self._clock, ROSClock) and self._clock.ros_time_is_active
+    def _on_change(self, _: TimeJump | None) -> None:
+        self.simulated = isinstance(self._clock, ROSClock) and self._clock.ros_time_is_active
 
     def now_ns(self) -> int:
         """Return the time that stamps are of, nanoseconds; 0 while /clock has not come."""

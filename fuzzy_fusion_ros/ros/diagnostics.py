@@ -51,27 +51,26 @@ class Diagnostics:
     """Publishes reports, by a timer that does not stop when the clock steps back."""
 
     def __init__(
-        self, node: Node, node_time: NodeTime, *reporters: Callable[[], Iterable[Report]]
+        self, node: Node, node_time: NodeTime, reports: Callable[[], Iterable[Report]]
     ) -> None:
         """Start reporting.
 
         Args:
             node: The node.
             node_time: Its clocks.
-            reporters: Asked once a second.
+            reports: Called once a second.
         """
         self._node = node
-        self._reporters = reporters
+        self._reports = reports
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", OUTPUT)
         self._timer = node_time.every(PERIOD, self.publish)
 
     def publish(self) -> None:
-        """Ask all reporters and publish what they say."""
+        """Publish the reports."""
         message = DiagnosticArray()
         message.header.stamp = self._node.get_clock().now().to_msg()
         name = self._node.get_name()
-        reports = [report for reporter in self._reporters for report in reporter()]
-        message.status = [_status(name, report) for report in reports]
+        message.status = [_status(name, report) for report in self._reports()]
         self._publisher.publish(message)
 
 

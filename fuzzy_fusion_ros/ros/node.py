@@ -127,6 +127,11 @@ class ConfiguredNode(Node, Generic[G]):
                 known = ", ".join(n for n in self._parameters if n.startswith("qos_overrides."))
                 raise ParameterError(name, f"unknown; known are {known}")
 
+    def fail(self, error: FusionError) -> None:
+        """End the node because of an error."""
+        self.failure = error
+        self.finished = True
+
     def guarded(self, callback: Callable[..., None]) -> Callable[..., None]:
         """Return a callback whose :class:`FusionError` ends the node, not the executor."""
 
@@ -136,8 +141,7 @@ class ConfiguredNode(Node, Generic[G]):
                 if not self.finished:
                     callback(*arguments)
             except FusionError as error:
-                self.failure = error
-                self.finished = True
+                self.fail(error)
 
         return guard
 

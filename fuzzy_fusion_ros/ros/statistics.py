@@ -1,43 +1,32 @@
-"""What is counted while a node runs, for its diagnostics."""
+"""What is measured while a node runs, for its diagnostics."""
 
 from __future__ import annotations
 
-import functools
 import statistics
 import time
 from collections import deque
-from collections.abc import Callable
-from typing import TypeVar
-
-T = TypeVar("T")
 
 
 class WorkTime:
-    """Times calls, and forgets them when asked."""
+    """Collects how long calls take, and forgets it when asked."""
 
     def __init__(self) -> None:
         self._times: deque[float] = deque(maxlen=100_000)
 
-    def timed(self, callback: Callable[..., T]) -> Callable[..., T]:
-        """Return a callback whose calls are timed."""
+    def add(self, seconds: float) -> None:
+        """Add a call."""
+        self._times.append(seconds)
 
-        @functools.wraps(callback)
-        def call(*arguments: object) -> T:
-            start = time.perf_counter()
-            try:
-                return callback(*arguments)
-            finally:
-                self._times.append(time.perf_counter() - start)
-
-        return call
-
-    def take(self) -> tuple[float, float]:
-        """Return median and maximum since the last call, seconds; zeros if there was nothing."""
-        if not self._times:
-            return 0.0, 0.0
-        result = statistics.median(self._times), max(self._times)
+    def drain(self) -> list[float]:
+        """Return the times since the last call, seconds."""
+        times = list(self._times)
         self._times.clear()
-        return result
+        return times
+
+
+def median_and_maximum(times: list[float]) -> tuple[float, float]:
+    """Return both, zeros of nothing."""
+    return (statistics.median(times), max(times)) if times else (0.0, 0.0)
 
 
 class Rate:

@@ -2,17 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from fuzzy_fusion_ros.batch.arrays import Reals, Stamps
-from fuzzy_fusion_ros.batch.series import Method, Series, run
-from fuzzy_fusion_ros.core.estimator import WAITING, Estimate
 from fuzzy_fusion_ros.offline.recording import Track
-
-WORTH_COMPILING = 300_000
-"""From so many samples on, compiling a method costs less time than it saves."""
 
 
 def interpolated(track: Track, stamps_ns: Stamps) -> Reals:
@@ -48,27 +41,3 @@ def held(stamps_ns: Stamps, values: Reals, wanted_ns: Stamps) -> Reals:
     """
     newest = np.searchsorted(stamps_ns, wanted_ns, side="right") - 1
     return np.where(newest >= 0, np.append(values, np.nan)[newest], np.nan)
-
-
-def values_of(method: Method, series: Series) -> Reals:
-    """Run a method over a series; NaN where it has no estimate, shape (n,)."""
-    if series.s1.size > WORTH_COMPILING:
-        trace = run(method, series)
-        return np.where(trace.mode == WAITING, np.nan, trace.value)
-    estimates = steps(method, series)
-    return np.array([np.nan if each.mode == WAITING else each.value for each in estimates])
-
-
-def steps(method: Method, series: Series) -> Iterator[Estimate]:
-    """Yield the estimates of a method over a series, bit for bit those of a compiled run."""
-    state = method.state
-    s2 = zip(series.s2_ns.tolist(), series.s2.tolist(), strict=True)
-    seen = 0
-    for stamp_ns, value, known in zip(
-        series.s1_ns.tolist(), series.s1.tolist(), series.s2_known.tolist(), strict=True
-    ):
-        while seen < known:
-            state = method.observe_s2(method.parameters, state, *next(s2))
-            seen += 1
-        estimate, state = method.update(method.parameters, state, stamp_ns, value)
-        yield estimate

@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 
+from fuzzy_fusion_ros.online.mode_shares import in_words
 from fuzzy_fusion_ros.scoring.metrics import METRICS
 from fuzzy_fusion_ros.scoring.score import Score
 from fuzzy_fusion_ros.text.table import WIDTH, number_column, text_table
@@ -32,7 +33,8 @@ def summary(score: Score) -> str:
     origin = "computed here, as the bag has none" if score.recomputed else "from the bag"
     text = textwrap.fill(
         f"{score.matched} of {score.of} estimates matched to the truth, {begin:.2f} s to "
-        f"{end:.2f} s; estimate: {origin}; baselines: {score.baselines}",
+        f"{end:.2f} s; estimate: {origin}; baselines: {score.baselines}; "
+        f"modes: {in_words(score.modes)}",
         WIDTH,
     )
     return f"{score.name}\n{text}"

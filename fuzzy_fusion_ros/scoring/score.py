@@ -11,8 +11,8 @@ import numpy as np
 from fuzzy_fusion_ros.bag import open_bag
 from fuzzy_fusion_ros.baselines import BaselineParameters, baselines_for, methods
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals, Stamps
-from fuzzy_fusion_ros.batch.series import Series, fusion
-from fuzzy_fusion_ros.core.estimator import WAITING
+from fuzzy_fusion_ros.batch.series import WORTH_COMPILING, Series, Trace, fusion, run
+from fuzzy_fusion_ros.core.estimator import S2_ONLY, WAITING
 from fuzzy_fusion_ros.offline.recording import (
     Progress,
     Recording,
@@ -21,8 +21,9 @@ from fuzzy_fusion_ros.offline.recording import (
     read_recording,
 )
 from fuzzy_fusion_ros.offline.topics import Topics
+from fuzzy_fusion_ros.online.mode_shares import ModeShares
 from fuzzy_fusion_ros.parameters.fusion import Parameters
-from fuzzy_fusion_ros.scoring.join import held, interpolated, steps, values_of
+from fuzzy_fusion_ros.scoring.join import held, interpolated
 from fuzzy_fusion_ros.scoring.metrics import METRICS, REPORTED, Matched, ScoreError
 
 Fit = Callable[[Series, Reals, Flags], BaselineParameters]
@@ -49,6 +50,7 @@ class Score(NamedTuple):
         truth: The truth at them, shape (n,).
         values: Every estimator's output at them by its name, shape (n,) each.
         behind: What stands behind the estimate: weight and drift by name, where known.
+        modes: The share of time in each mode of the fusion with these parameters, by name.
         notes: What was left out of the recording, one line each.
     """
 
@@ -63,6 +65,7 @@ class Score(NamedTuple):
     truth: Reals
     values: Mapping[str, Reals]
     behind: Mapping[str, Reals]
+    modes: Mapping[str, float]
     notes: tuple[str, ...]
 
     def scores(self, estimator: str) -> dict[str, float]:
@@ -143,8 +146,9 @@ def score(
     """
     estimate, explanation = recording.estimate, dict(behind or {})
     recomputed = estimate.stamps_ns.size == 0
+    trace = _fused(recording.series, parameters)
     if recomputed:
-        estimate, explanation = _computed(recording, parameters)
+        estimate, explanation = _computed(recording, trace)
     estimate = _from(estimate, recording.start_ns, start_s)
     stamps_ns = estimate.stamps_ns
     series = recording.series
@@ -152,10 +156,13 @@ def score(
     used, origin = _baselines(recording, baselines, stamps_ns[np.isfinite(truth)])
     values = {"estimate": estimate.values}
     for name, method in methods(used).items():
-        values[name] = held(series.s1_ns, values_of(method, series), stamps_ns)
+        other = _rising(run(method, series, compile_from=WORTH_COMPILING))
+        value = np.where(other.mode == WAITING, np.nan, other.value)
+        values[name] = held(other.stamp_ns, value, stamps_ns)
     usable = np.isfinite([truth, *values.values()]).all(axis=0)
     if not usable.any():
         raise ScoreError(_why_none(recording, estimate))
+    matched = {name: each[usable] for name, each in values.items()}
     log_s = (estimate.log_ns[usable] - recording.start_ns) * 1e-9
     since_first = (stamps_ns[usable] - stamps_ns[usable][0]) * 1e-9
     return Score(
@@ -168,13 +175,14 @@ def score(
         baselines=origin,
         time_s=log_s[0] + since_first,
         truth=truth[usable],
-        values={name: each[usable] for name, each in values.items()},
+        values=matched,
         behind={
             name: held(track.stamps_ns, track.values, stamps_ns[usable])
             for name, track in explanation.items()
             if track.stamps_ns.size
         },
-        notes=recording.notes,
+        modes=_modes(trace),
+        notes=(*recording.notes, *_single(matched)),
     )
 
 
@@ -207,26 +215,52 @@ def _from(track: Track, first_ns: int, start_s: float | None) -> Track:
     return Track(track.stamps_ns[kept], track.values[kept], track.log_ns[kept])
 
 
-def _computed(recording: Recording, parameters: Parameters) -> tuple[Track, dict[str, Track]]:
-    """Run the fusion over a recording; return the estimates, and weight and drift behind them."""
-    series = recording.series
-    found = [
-        (k, each)
-        for k, each in enumerate(steps(fusion(parameters), series))
-        if each.mode != WAITING
+def _fused(series: Series, parameters: Parameters) -> Trace:
+    """Return the estimates of the fusion, as a node publishes them."""
+    trace = run(fusion(parameters, series.started_ns), series, compile_from=WORTH_COMPILING)
+    return _rising(trace.rows(trace.mode != WAITING))
+
+
+def _modes(trace: Trace) -> dict[str, float]:
+    shares = ModeShares()
+    for mode, stamp_ns in zip(trace.mode.tolist(), trace.stamp_ns.tolist(), strict=True):
+        shares.see(mode, stamp_ns)
+    return shares.shares()
+
+
+def _single(values: Mapping[str, Reals]) -> list[str]:
+    """Say where the estimate is one sensor throughout, digit for digit."""
+    return [
+        f"the estimate is {name} alone throughout: the other sensor never counted"
+        for name in ("s1", "s2")
+        if np.array_equal(values["estimate"], values[name])
     ]
-    stamps_ns = series.s1_ns[[k for k, _ in found]]
-    at = np.searchsorted(recording.s1.stamps_ns, stamps_ns)
-    log_ns = recording.s1.log_ns[at]
 
-    def track(values: list[float]) -> Track:
-        return Track(stamps_ns, np.array(values, np.float64), log_ns)
 
-    behind = {
-        "weight": track([each.aggregate.weight for _, each in found]),
-        "drift": track([each.aggregate.drift for _, each in found]),
-    }
-    return track([each.value for _, each in found]), behind
+def _computed(recording: Recording, trace: Trace) -> tuple[Track, dict[str, Track]]:
+    """Return estimates as a track, with their weight and drift."""
+    log_ns = np.where(
+        trace.mode == S2_ONLY,
+        _log_at(recording.s2, trace.stamp_ns),
+        _log_at(recording.s1, trace.stamp_ns),
+    )
+
+    def track(values: Reals) -> Track:
+        return Track(trace.stamp_ns, values, log_ns)
+
+    return track(trace.value), {"weight": track(trace.weight), "drift": track(trace.drift)}
+
+
+def _rising(trace: Trace) -> Trace:
+    """Return the rows whose stamps are newer than all before them, as the node publishes them."""
+    newest_ns = np.maximum.accumulate(trace.stamp_ns)
+    return trace.rows(np.diff(newest_ns, prepend=0) > 0)
+
+
+def _log_at(track: Track, stamps_ns: Stamps) -> Stamps:
+    """Return when the samples of some stamps were recorded, 0 where there is none."""
+    after = np.minimum(np.searchsorted(track.stamps_ns, stamps_ns), track.stamps_ns.size - 1)
+    return np.where(track.stamps_ns[after] == stamps_ns, track.log_ns[after], 0)
 
 
 def _why_none(recording: Recording, estimate: Track) -> str:

@@ -169,6 +169,6 @@ def _simulate(
         run.s2[k] = reading.s2
         state = observe_s2(parameters, state, stamp_ns, reading.s2)
         estimate, state = update(parameters, state, stamp_ns, reading.s1)
-        write(run.trace, k, estimate)
+        write(run.trace, k, stamp_ns, estimate)
         run.control[k], loop = act(scenario, loop, estimate.value)
     return int(run.truth.size)

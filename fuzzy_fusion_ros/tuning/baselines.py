@@ -80,6 +80,7 @@ def fit_baselines(
         threads: How many searches run at a time; one for each processor unless given.
         progress: Called after every evaluation.
     """
+    series = series.at_s1()
     warm_up(series)
     with Pool(threads, progress, planned()) as pool:
         return fit_baselines_in(pool, series, target, counted, seed)
@@ -92,8 +93,8 @@ def planned() -> int:
 
 def warm_up(series: Series) -> None:
     """Compile every baseline in this thread, so that the pool's threads do not wait."""
-    short = Series(
-        series.s1_ns[:2], series.s1[:2], series.s2_ns, series.s2, np.minimum(series.s2_known[:2], 1)
+    short = series._replace(
+        s1_ns=series.s1_ns[:2], s1=series.s1[:2], s2_known=np.minimum(series.s2_known[:2], 1)
     )
     for baseline in BASELINES.values():
         run(baseline.method(BaselineParameters()), short)

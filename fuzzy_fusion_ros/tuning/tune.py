@@ -103,6 +103,7 @@ def tune(
     Raises:
         TuneError: There is too little to fit to.
     """
+    series = series.at_s1()
     before = parameters or Parameters()
     sensors = characterise(series)
     known = series.s2_known > 0

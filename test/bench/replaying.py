@@ -98,7 +98,7 @@ def read(path: Path) -> None:
 def fuse(path: Path) -> None:
     """Run the fusion over a bag and keep nothing."""
     fusion = Fusion(FA)
-    take = {"/s1": fusion.take_s1, "/s2": fusion.take_s2}
+    take = {"/s1": fusion.on_s1, "/s2": fusion.on_s2}
     with open_bag(path) as bag:
         codec = ScalarCodec(bag.types, POINT)
         for message in bag.messages():

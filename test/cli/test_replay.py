@@ -61,7 +61,7 @@ def test_restarts_and_losses_are_told(tmp_path: Path, capsys: pytest.CaptureFixt
     bag = write_scalars(tmp_path / "bag", looped)
     assert main([str(bag), "--output", str(tmp_path / "out")]) == 0
     said = capsys.readouterr().err
-    assert "replay: /s1: 1 left out, value is not finite\n" in said
+    assert "replay: /s1: 1 dropped: value is not finite\n" in said
     assert "replay: timestamps jumped back once: state cleared, restarted" in said
 
 

@@ -133,7 +133,7 @@ def test_what_was_left_out_is_said(tmp_path: Path, capsys: pytest.CaptureFixture
         tmp_path / "bag", [*scalars, scalars[-1]._replace(value=float("nan"), time_s=1.0)]
     )
     assert main([str(bag)]) == 0
-    assert "/estimate: 1 left out, value is not finite" in capsys.readouterr().err
+    assert "/estimate: 1 dropped: value is not finite" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

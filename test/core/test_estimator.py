@@ -17,11 +17,11 @@ from fuzzy_fusion_ros.core.estimator import (
     WAITING,
     Estimate,
     State,
-    fall_back_to_s2,
     initial_state,
     mode_at,
     observe_s2,
     update,
+    without_s1,
 )
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import numbers, replace
@@ -164,7 +164,7 @@ def test_s2_comes_back_by_itself_and_without_a_spike() -> None:
 def test_s2_alone_is_its_held_value() -> None:
     state = after_both(PINNED)
     state = observe_s2(PINNED, state, 3 * SECOND, -0.75)
-    said = fall_back_to_s2(state)
+    said = without_s1(Parameters(), state, state.s2.stamp_ns)
     assert (said.mode, said.value) == (S2_ONLY, -0.75)
     assert said.aggregate == (-0.75, 0.0, 0.0, (0.0, 0.0, 0.0, 0.0))
     assert not said.prediction.exists

@@ -18,6 +18,7 @@ from faults.meeting import meet
 from faults.streams import S1, S2, Arrival, Stream, clean_stream
 from faults.usage import Watch
 from faults.waiting import as_arguments
+from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.online.guard import Drop
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
@@ -86,7 +87,7 @@ def step(samples: int, seed: int) -> Stepped:
     every = max(1, 2 * samples // LOOKS)
     stream = troubled(samples, random.Random(seed), drops, KEEPS_ITS_TIMELINE)
     for k, each in enumerate(stream):
-        estimates += watched.take(each) is not None
+        estimates += len(watched.receive(each))
         if k % every == every // 2:
             watch.look()
     fusion = watched.fusion
@@ -161,7 +162,7 @@ def run_over_dds(seconds: float, rate: float, seed: int) -> Ran:
             nonlocal received
             for estimate in feed.estimates:
                 stamp_ns, value, at = due.popleft()
-                assert estimate == (stamp_ns, value)
+                assert estimate == Sample(stamp_ns, value)
                 latencies.append((at - begin, time.monotonic() - at))
                 received += 1
             feed.estimates.clear()
@@ -182,8 +183,7 @@ def run_over_dds(seconds: float, rate: float, seed: int) -> Ran:
                     watch.look()
                     next_look += max(0.2, seconds / LOOKS)
                     del diagnostics._messages[:-5]
-            fused = watched.take(each)
-            if fused is not None:
+            for fused in watched.receive(each):
                 due.append((fused.stamp_ns, fused.estimate.value, time.monotonic()))
             feed.publish(feed.s1 if each.sensor == S1 else feed.s2, each.sample)
         harness.spin_until(all_received, "the last estimate")

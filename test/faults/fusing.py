@@ -9,10 +9,10 @@ from typing import NamedTuple
 from faults.injector import Injected
 from faults.streams import S1, S2, Arrival, Stream
 from fuzzy_fusion_ros.core.estimator import FUSED
-from fuzzy_fusion_ros.core.sample import Sample
-from fuzzy_fusion_ros.online.fusion import Fused, Fusion
+from fuzzy_fusion_ros.online.fusion import Fusion
 from fuzzy_fusion_ros.online.guard import Drop
-from fuzzy_fusion_ros.online.trigger import PENDING
+from fuzzy_fusion_ros.online.trigger import PENDING, Step
+from fuzzy_fusion_ros.online.verdict import Fused
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 
@@ -20,12 +20,12 @@ class Ran(NamedTuple):
     """What came of a stream.
 
     Attributes:
-        estimates: All estimates in order, by the place in the stream of what led to them.
+        estimates: All estimates in order.
         dropped: What the guards counted, by sensor.
         restarts: How often time was seen to jump back.
     """
 
-    estimates: dict[int, Fused]
+    estimates: list[Fused]
     dropped: dict[str, Counter[Drop]]
     restarts: int
 
@@ -45,21 +45,22 @@ class Watched:
         )
         self._recent: dict[str, dict[int, float]] = {"s1": {}, "s2": {}}
 
-    def take(self, arrival: Arrival) -> Fused | None:
-        """Take a sample, and return the estimate that it leads to, if any.
+    def receive(self, arrival: Arrival) -> tuple[Fused, ...]:
+        """Feed a sample and return the estimates that it leads to.
 
         Raises:
             AssertionError: The estimate is not finite or beyond its bound.
         """
-        guard = self.fusion.s1 if arrival.sensor == S1 else self.fusion.s2
-        admitted = guard.admitted
-        take = self.fusion.take_s1 if arrival.sensor == S1 else self.fusion.take_s2
-        fused = take(arrival.sample, arrival.now_ns)
-        if guard.admitted > admitted:
-            self._remember(*arrival)
-        if fused is not None:
-            self._check(fused)
-        return fused
+        receive = self.fusion.on_s1 if arrival.sensor == S1 else self.fusion.on_s2
+        verdict = receive(arrival.sample, arrival.now_ns)
+        due = list(verdict.estimates)
+        for step in verdict.steps:
+            self._remember(step)
+            at = step.s2 if step.s2_alone else step.s1
+            if due and at is not None and due[0].stamp_ns == at.stamp_ns:
+                self._check(due.pop(0))
+        assert due == []
+        return verdict.estimates
 
     def _check(self, fused: Fused) -> None:
         estimate = fused.estimate
@@ -85,12 +86,13 @@ class Watched:
         else:
             assert fa.value in (s1, s2)
 
-    def _remember(self, sensor: str, sample: Sample, _: int) -> None:
-        recent = self._recent[sensor]
-        recent.pop(sample.stamp_ns, None)  # to the end
-        recent[sample.stamp_ns] = sample.value
-        if len(recent) > 2 * PENDING:
-            del recent[next(iter(recent))]
+    def _remember(self, step: Step) -> None:
+        for recent, sample in ((self._recent["s2"], step.s2), (self._recent["s1"], step.s1)):
+            if sample is not None:
+                recent.pop(sample.stamp_ns, None)  # to the end
+                recent[sample.stamp_ns] = sample.value
+                if len(recent) > 2 * PENDING:
+                    del recent[next(iter(recent))]
 
     def _value(self, sensor: str, stamp_ns: int) -> float | None:
         """Return what a sensor had to say at a stamp; of S2 what it said last, unless paired."""
@@ -108,8 +110,7 @@ def run(parameters: Parameters, stream: Stream) -> Ran:
         AssertionError: An estimate is not finite or beyond its bound.
     """
     watched = Watched(parameters)
-    taken = ((k, watched.take(each)) for k, each in enumerate(stream))
-    estimates = {k: fused for k, fused in taken if fused is not None}
+    estimates = [fused for each in stream for fused in watched.receive(each)]
     fusion = watched.fusion
     dropped = {"s1": fusion.s1.dropped, "s2": fusion.s2.dropped}
     return Ran(estimates, dropped, fusion.restarts)
@@ -126,15 +127,15 @@ def recovery(parameters: Parameters, clean: Stream, injected: Injected, within: 
     """
     expected = {
         fused.stamp_ns + injected.shift_ns: fused.estimate.value
-        for fused in run(parameters, clean).estimates.values()
+        for fused in run(parameters, clean).estimates
     }
-    estimates = run(parameters, injected.stream).estimates
+    estimates = {fused.stamp_ns: fused for fused in run(parameters, injected.stream).estimates}
     samples = back = 0
     for k in range(injected.end, len(injected.stream)):
         sensor, sample, _ = injected.stream[k]
         if sensor == S1:
             samples += 1
-            fused = estimates.get(k)
+            fused = estimates.get(sample.stamp_ns)
             wanted = expected.get(sample.stamp_ns, math.nan)
             if fused is None or not abs(fused.estimate.value - wanted) <= within:
                 back = samples

@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 from faults.streams import SECOND_NS, Arrival, Stream
 from fuzzy_fusion_ros.core.sample import Sample
-from fuzzy_fusion_ros.online.guard import OLDER_IN_A_ROW, Drop
+from fuzzy_fusion_ros.online.guard import Drop
+from fuzzy_fusion_ros.online.timeline import LATE_EVIDENCE
 
 FAR_FUTURE_NS = 2_147_483_000 * SECOND_NS
 """Later than any clock shows, and still within the 32-bit seconds of a message."""
@@ -158,8 +159,8 @@ def stamps_ahead(
         each.sensor == sensor and each.sample.stamp_ns <= newest_ns
         for each in stream[injected.end :]
     )
-    believed = older >= OLDER_IN_A_ROW
-    drops = Counter({Drop.NOT_NEWER: OLDER_IN_A_ROW - 1 if believed else older})
+    believed = older >= LATE_EVIDENCE
+    drops = Counter[Drop]() if believed else Counter({Drop.NOT_NEWER: older})
     return injected._replace(drops=drops, restarts=int(believed))
 
 

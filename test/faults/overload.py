@@ -14,7 +14,7 @@ from faults.waiting import after, as_arguments
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.testing import Harness
 
-LOST = "lost: came faster than they were taken, or went lost on the way"
+LOST = "lost: queue overflow or dropped in transit"
 STEP_NS = 1_000
 
 

@@ -12,9 +12,10 @@ from nodes.watching import Diagnostics
 from faults.fusing import run
 from faults.injector import FAULTS, shifted
 from faults.streams import S1, S2, SECOND_NS, Stream, clean_stream
+from fuzzy_fusion_ros.core.sample import Sample
+from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
 from fuzzy_fusion_ros.online.guard import Drop
 from fuzzy_fusion_ros.parameters.fusion import Parameters
-from fuzzy_fusion_ros.ros.subscription import SensorInput
 from fuzzy_fusion_ros.testing import Harness
 
 FAR_APART_NS = 10_000 * SECOND_NS
@@ -22,7 +23,7 @@ FAR_APART_NS = 10_000 * SECOND_NS
 
 def has_received(source: SensorInput, messages: int) -> bool:
     """Return whether so many messages have come in."""
-    return source.received >= messages
+    return source.subscription.received >= messages
 
 
 @pytest.mark.parametrize("sensor", [S1, S2])
@@ -44,13 +45,13 @@ def test_one_fault_after_the_other(harness: Harness, sensor: str) -> None:
     inputs = {S1: node._s1, S2: node._s2}
     publishers = {S1: feed.s1, S2: feed.s2}
     for each in stream:
-        taken = inputs[each.sensor].received
+        taken = inputs[each.sensor].subscription.received
         feed.publish(publishers[each.sensor], each.sample)
         has_come = functools.partial(has_received, inputs[each.sensor], taken + 1)
         harness.spin_until(has_come, "a sample taken")
-    wanted = [(each.stamp_ns, each.estimate.value) for each in expected.estimates.values()]
+    wanted = [Sample(each.stamp_ns, each.estimate.value) for each in expected.estimates]
     harness.spin_until(lambda: len(feed.estimates) >= len(wanted), "the last estimate")
-    assert [tuple(each) for each in feed.estimates] == wanted
+    assert feed.estimates == wanted
 
     said = diagnostics.next(f"fusion_node: {sensor}").values
     assert {each: int(said[f"dropped: {each.value}"]) for each in Drop} == {
@@ -60,4 +61,4 @@ def test_one_fault_after_the_other(harness: Harness, sensor: str) -> None:
     other = diagnostics.next(f"fusion_node: {S2 if sensor == S1 else S1}").values
     assert {other[f"dropped: {each.value}"] for each in Drop} == {"0"}
     fusion = diagnostics.next("fusion_node: fusion").values
-    assert fusion["restarts after time jumped back"] == str(expected.restarts)
+    assert fusion["restarts after timestamps jumped back"] == str(expected.restarts)

@@ -42,10 +42,10 @@ def test_a_replay_survives_it_and_names_it(tmp_path: Path, fault: str, sensor: s
     spoilt = FAULTS[fault](clean_stream(150), sensor, 30, 12, rng)
     write(tmp_path / "bag", spoilt.stream)
     done, estimates = replayed(tmp_path / "bag", tmp_path / "out")
-    expected = run(Parameters(), spoilt.stream).estimates.values()
+    expected = run(Parameters(), spoilt.stream).estimates
     assert estimates == [(each.stamp_ns, each.estimate.value) for each in expected]
     assert sorted(done.notes) == sorted(
-        f"/{sensor}: {n} left out, {reason.value}" for reason, n in spoilt.drops.items()
+        f"/{sensor}: {n} dropped: {reason.value}" for reason, n in spoilt.drops.items()
     )
     assert done.restarts == spoilt.restarts
     assert done.messages == len(spoilt.stream)

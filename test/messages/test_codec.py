@@ -41,18 +41,18 @@ def sample(world: World, msgtype: str, values: Mapping[str, Any], field: str = "
 
 
 def test_the_stamp_is_that_of_the_header(world: World) -> None:
-    assert sample(world, POINT, STAMP | {"point.x": 1.5}) == (STAMP_NS, 1.5)
+    assert sample(world, POINT, STAMP | {"point.x": 1.5}) == Sample(STAMP_NS, 1.5)
     assert ScalarCodec(world.types, POINT).is_stamped
 
 
 def test_a_bare_stamp_stands_in_for_a_header(rosbags: World) -> None:
     values = {"stamp.sec": 3, "stamp.nanosec": 4, "data": 2.5}
-    assert sample(rosbags, "test_msgs/msg/StampData", values) == (3_000_000_004, 2.5)
+    assert sample(rosbags, "test_msgs/msg/StampData", values) == Sample(3_000_000_004, 2.5)
     assert ScalarCodec(rosbags.types, "test_msgs/msg/StampData").is_stamped
 
 
 def test_without_a_stamp_the_time_of_receipt_counts(world: World) -> None:
-    assert sample(world, "std_msgs/msg/Float64", {"data": 2.5}) == (RECEIVED_NS, 2.5)
+    assert sample(world, "std_msgs/msg/Float64", {"data": 2.5}) == Sample(RECEIVED_NS, 2.5)
     assert not ScalarCodec(world.types, "std_msgs/msg/Float64").is_stamped
 
 
@@ -83,7 +83,7 @@ def test_a_header_or_stamp_of_another_kind_is_no_stamp(
     before = bytes.fromhex(begin)
     data = b"\0\1\0\0" + before.ljust(-(-len(before) // 8) * 8, b"\0") + struct.pack("<d", 1.0)
     assert not codec.is_stamped
-    assert codec.sample(data, RECEIVED_NS) == (RECEIVED_NS, 1.0)
+    assert codec.sample(data, RECEIVED_NS) == Sample(RECEIVED_NS, 1.0)
     assert codec.frame(data) == ""
 
 
@@ -150,7 +150,7 @@ def test_custom_types_are_read(rosbags: World) -> None:
         "joints.name=cart:position": 1.0,
     }.items():
         codec = ScalarCodec(rosbags.types, "test_msgs/msg/Nested", text)
-        assert codec.sample(data, RECEIVED_NS) == (RECEIVED_NS, value)
+        assert codec.sample(data, RECEIVED_NS) == Sample(RECEIVED_NS, value)
     with pytest.raises(MessageError, match="readings has 2 elements in this message"):
         ScalarCodec(rosbags.types, "test_msgs/msg/Nested", "readings[2].data").sample(data, 0)
 
@@ -214,7 +214,7 @@ def test_every_number_of_any_message_is_the_one_that_others_read(
                 if "stamp." in path:
                     continue
                 changed = codec.template(data).filled(5.0, STAMP_NS)
-                assert codec.sample(changed, STAMP_NS) == (STAMP_NS, 5.0), path
+                assert codec.sample(changed, STAMP_NS) == Sample(STAMP_NS, 5.0), path
                 assert len(changed) == len(data)
 
 

@@ -38,16 +38,16 @@ def read(data: bytes, msgtype: str = POINT) -> Any:
     return deserialize_message(data, load_message_class(msgtype))
 
 
-def fused(prediction: Prediction = NO_PREDICTION) -> Fused:
+def fused(s2_message: bytes = b"", prediction: Prediction = NO_PREDICTION) -> Fused:
     """Return an estimate of 0.5."""
     strengths = FiringStrengths(0.1, 0.2, 0.3, 0.4)
     aggregate = Aggregate(value=0.75, weight=0.25, drift=0.125, strengths=strengths)
-    return Fused(STAMP_NS, Estimate(FUSED, 0.5, aggregate, prediction, False))
+    return Fused(STAMP_NS, Estimate(FUSED, 0.5, aggregate, prediction, False), s2_message)
 
 
 def with_prediction() -> Fused:
     """Return an estimate with a prediction behind it."""
-    return fused(Prediction(exists=True, value=0.5))
+    return fused(prediction=Prediction(exists=True, value=0.5))
 
 
 def explained(estimate: Fused) -> dict[str, Any]:
@@ -104,10 +104,9 @@ def s2(world: World) -> bytes:
 @pytest.mark.parametrize("name", ["", "geometry_msgs/PointStamped", POINT])
 def test_it_copies_the_latest_s2(world: World, name: str) -> None:
     made = estimates(world, EstimateParameters(name))
-    made.see_s2(world.data(POINT, {"header.frame_id": "an older one"}))
-    assert read(made.message(fused())).header.frame_id == "an older one"
-    made.see_s2(s2(world))
-    message = read(made.message(fused()))
+    older = world.data(POINT, {"header.frame_id": "an older one"})
+    assert read(made.message(fused(older))).header.frame_id == "an older one"
+    message = read(made.message(fused(s2(world))))
     assert (made.codec.type_name, made.codec.field.text) == (POINT, "point.x")
     assert (message.header.frame_id, message.point.y, message.point.x) == ("gps", 3.0, 0.5)
     assert message.header.stamp.sec == 12
@@ -121,23 +120,20 @@ def test_before_s2_the_rest_is_blank(world: World) -> None:
 
 def test_another_field_of_s2_can_take_it(world: World) -> None:
     made = estimates(world, EstimateParameters("", "point.z"))
-    made.see_s2(s2(world))
-    message = read(made.message(fused()))
+    message = read(made.message(fused(s2(world))))
     assert (message.point.x, message.point.z) == (9.0, 0.5)
 
 
 def test_a_type_of_its_own_keeps_the_frame(world: World) -> None:
     made = estimates(world, EstimateParameters(TEMPERATURE))
     for _ in range(2):
-        made.see_s2(s2(world))
-        message = read(made.message(fused()), TEMPERATURE)
+        message = read(made.message(fused(s2(world))), TEMPERATURE)
         assert (message.header.frame_id, message.temperature) == ("gps", 0.5)
 
 
 def test_a_type_without_a_header_has_none(world: World) -> None:
     made = estimates(world, EstimateParameters("std_msgs/msg/Float64"))
-    made.see_s2(s2(world))
-    assert read(made.message(fused()), "std_msgs/msg/Float64").data == 0.5
+    assert read(made.message(fused(s2(world))), "std_msgs/msg/Float64").data == 0.5
 
 
 def test_a_field_that_is_not_there_is_refused(world: World) -> None:
@@ -152,5 +148,5 @@ def test_an_element_that_is_not_there_is_an_error_of_that_estimate(world: World)
     )
     with pytest.raises(MessageError, match="position has 0 elements in this message"):
         made.message(fused())
-    made.see_s2(world.data(kind, {"position": [1.0, 2.0]}))
-    assert list(read(made.message(fused()), kind).position) == [1.0, 0.5]
+    data = made.message(fused(world.data(kind, {"position": [1.0, 2.0]})))
+    assert list(read(data, kind).position) == [1.0, 0.5]

@@ -49,9 +49,8 @@ def fused_by_the_core() -> list[float]:
     fusion = Fusion(Parameters())
     out = []
     for sample in CLEAN:
-        fusion.take_s2(sample, sample.stamp_ns)
-        fused = fusion.take_s1(sample, sample.stamp_ns)
-        assert fused is not None
+        fusion.on_s2(sample)
+        (fused,) = fusion.on_s1(sample).estimates
         out.append(fused.estimate.value)
     return out
 

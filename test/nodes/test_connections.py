@@ -131,7 +131,7 @@ def test_of_input_faster_than_the_node_the_newest_wins_and_the_rest_is_counted(
     harness.spin_until(lambda: feed.estimates[-1].stamp_ns == newest, "the newest")
     taken = len(feed.estimates) - 1
     assert taken <= 5  # the depth of sensor_data bounds what is kept
-    status = diagnostics.saying("fusion_node: s1", f"{burst - taken} lost: came faster than")
+    status = diagnostics.saying("fusion_node: s1", f"{burst - taken} lost: queue overflow or")
     assert status.level == WARN
     assert status.values["received"] == str(taken + 1)
 

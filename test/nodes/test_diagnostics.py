@@ -32,19 +32,19 @@ def fused(
     return Fused(k * STEP_NS, Estimate(mode, 0.0, aggregate, prediction, accepts))
 
 
-def summaries(report: RuleReport) -> dict[str, list[str]]:
+def summaries(report: RuleReport, parameters: Parameters | None = None) -> dict[str, list[str]]:
     """The texts of a report by its parts; all are warnings."""
-    reports = list(report())
+    reports = list(report.reports(parameters or Parameters()))
     assert {each.level for part in reports for each in part.summaries} <= {Level.WARN}
     return {part.part: [each.text for each in part.summaries] for part in reports}
 
 
 def values(report: RuleReport, part: str) -> dict[str, object]:
-    return next(dict(each.values) for each in report() if each.part == part)
+    return next(dict(each.values) for each in report.reports(Parameters()) if each.part == part)
 
 
 def test_shares_of_time_follow_the_stamps_not_the_count() -> None:
-    report = RuleReport(Parameters)
+    report = RuleReport()
     for k, d, r in ((0, 0.1, 0.1), (3, 0.1, 0.9), (4, 0.9, 0.1), (8, 0.9, 0.9), (10, 0.0, 0.0)):
         report.record.see(fused(k, d, r))
     shares = values(report, "rules")
@@ -57,7 +57,7 @@ SL = ("small", "large")
 
 
 def test_a_gap_counts_for_little_and_a_single_sensor_for_nothing() -> None:
-    report = RuleReport(Parameters)
+    report = RuleReport()
     for k, mode in ((0, FUSED), (100_000, FUSED), (100_001, S1_ONLY), (200_000, FUSED)):
         report.record.see(fused(k, 0.0, 0.0, mode=mode))
     assert report.record.watched_s == pytest.approx(1.0)
@@ -74,7 +74,7 @@ UNUSED = {
 
 @pytest.mark.parametrize("text", UNUSED)
 def test_a_membership_function_that_is_of_no_use_is_a_warning(text: str) -> None:
-    report = RuleReport(Parameters)
+    report = RuleReport()
     for k in range(ENOUGH - 1):
         report.record.see(fused(k, *UNUSED[text]))
     assert summaries(report)["rules"] == []
@@ -86,7 +86,7 @@ def test_a_membership_function_that_is_of_no_use_is_a_warning(text: str) -> None
 
 
 def test_the_gate_that_never_or_always_accepts_is_a_warning() -> None:
-    report = RuleReport(Parameters)
+    report = RuleReport()
     for accepts, word in ((False, "never accepts"), (True, "accepts all")):
         report.restart()
         for k in range(ENOUGH - 1):
@@ -101,13 +101,14 @@ def test_the_gate_that_never_or_always_accepts_is_a_warning() -> None:
 
 
 def test_sensors_that_disagree_for_long_are_a_warning() -> None:
-    report = RuleReport(lambda: replace(Parameters(), {"aggregator.difference.large": 2.5}))
+    report = RuleReport()
+    parameters = replace(Parameters(), {"aggregator.difference.large": 2.5})
     long = round(LONG * 1e9) // STEP_NS
     for k in range(0, long + 1, 50):
         report.record.see(fused(k, 1.0, 0.5))
     assert summaries(report)["rules"] == []
     report.record.see(fused(long + 50, 1.0, 0.5))
-    (found,) = summaries(report)["rules"]
+    (found,) = summaries(report, parameters)["rules"]
     assert found.startswith("s1 and s2 have differed by 2.5 or more for 10.5 s")
     report.record.see(fused(long + 100, 0.9, 0.5))
     assert summaries(report)["rules"] == []

@@ -30,7 +30,7 @@ TOPICS = ["/s1", "/s2", "/estimate", *(f"/fusion_node/{name}" for name in EXPLAN
 
 STAMPS_NS = [5_000_000_001 + 10_000_000 * k for k in range(60)]
 S2 = [Sample(at, math.sin(0.1 * k)) for k, at in enumerate(STAMPS_NS)]
-S1 = [Sample(at, value + 0.2 * (-1) ** k) for k, (at, value) in enumerate(S2)]
+S1 = [Sample(at, value + 0.2 * (-1) ** k) for k, (at, value, _) in enumerate(S2)]
 
 
 @pytest.fixture(scope="module")
@@ -43,9 +43,13 @@ def expected(parameters: Parameters) -> list[Sample]:
     """Return the estimates of the core."""
     fusion, found = Fusion(parameters), []
     for one, other in zip(S1, S2, strict=True):
-        taken = (fusion.take_s2(other, other.stamp_ns), fusion.take_s1(one, one.stamp_ns))
-        found += [Sample(each.stamp_ns, each.estimate.value) for each in taken if each]
+        estimates = fusion.on_s2(other).estimates + fusion.on_s1(one).estimates
+        found += [Sample(each.stamp_ns, each.estimate.value) for each in estimates]
     return found
+
+
+def pairs(samples: Sequence[Sample]) -> list[tuple[int, float]]:
+    return [(sample.stamp_ns, sample.value) for sample in samples]
 
 
 def samples(values: Sequence[tuple[int, float]]) -> list[Sample]:
@@ -78,8 +82,8 @@ def test_its_types_are_fused_recorded_and_replayed(
         "fuse",
         s1_type=s1_type,
         s2_type=s2_type,
-        s1=S1,
-        s2=S2,
+        s1=pairs(S1),
+        s2=pairs(S2),
         parameters=str(parameters),
         bag=str(live),
     )
@@ -100,4 +104,4 @@ def test_its_types_are_fused_recorded_and_replayed(
 
 @pytest.mark.parametrize("input_type", [HEADED, BARE])
 def test_its_types_are_taken_by_sensor_subscriber(workspace: Workspace, input_type: str) -> None:
-    assert samples(workspace.use("subscribe", input_type=input_type, samples=S1)) == S1
+    assert samples(workspace.use("subscribe", input_type=input_type, samples=pairs(S1))) == S1

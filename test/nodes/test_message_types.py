@@ -189,9 +189,9 @@ def test_messages_without_stamp_get_the_time_of_receipt_and_one_warning(
     assert estimates[0].data == 3.0
     stamp = weights[0].header.stamp
     assert before_ns <= stamp.sec * 10**9 + stamp.nanosec <= after_ns
-    assert log.wait_for("/s1: std_msgs/msg/Float64 carries no stamp, the time of receipt is used")
-    assert log.wait_for("/s2: std_msgs/msg/Float64 carries no stamp")
-    assert log.count("/s1: std_msgs/msg/Float64 carries no stamp") == 1
+    assert log.wait_for("/s1: std_msgs/msg/Float64 has no timestamp; using receive time")
+    assert log.wait_for("/s2: std_msgs/msg/Float64 has no timestamp")
+    assert log.count("/s1: std_msgs/msg/Float64 has no timestamp") == 1
 
 
 def test_an_estimate_of_another_type_takes_the_frame_of_s2(harness: Harness) -> None:
@@ -308,7 +308,7 @@ def test_another_type_on_the_topic_is_named_and_not_taken_for_ours(
         kind = load_message_class("std_msgs/msg/Float64")
         publisher = stranger.create_publisher(kind, "/s1", EVERY_MESSAGE)
         publisher.publish(kind(data=1e9))
-        message = "is published as std_msgs/msg/Float64, subscribed as geometry_msgs/msg/PointSta"
+        message = "published as std_msgs/msg/Float64, subscribed as geometry_msgs/msg/PointSta"
         assert diagnostics.saying("fusion_node: s1", message).level == WARN
         feed = harness.feed()
         assert feed(0.0, s1=1.0, s2=1.0) == 1.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from nodes.watching import ERROR, OK, WARN, Diagnostics, Log
 
+from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.testing import Harness
 
 SHORT = {"s1.timeout": 0.1, "s2.timeout": 0.3}
@@ -37,7 +38,8 @@ def test_s1_silent_past_its_timeout_leaves_s2_alone_and_it_comes_back(
     late = (0.11, 0.2, 0.3)
     lone = [feed.send(at, s2=2.0 + at) for at in late]
     harness.spin_until(lambda: len(feed.estimates) == 4)
-    assert feed.estimates[1:] == [(stamp, 2.0 + at) for stamp, at in zip(lone, late, strict=True)]
+    expected = [Sample(stamp, 2.0 + at) for stamp, at in zip(lone, late, strict=True)]
+    assert feed.estimates[1:] == expected
     assert 1.0 <= feed(0.31, s1=1.0) <= 2.3
     log.wait_for("S2_ONLY: s1 is lost, s2 alone")
     harness.spin_until(lambda: log.count("FUSED: both sensors") == 2)

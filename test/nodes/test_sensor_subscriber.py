@@ -9,6 +9,7 @@ from nodes.watching import OK, WARN, Diagnostics, Log
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages import load_message_class
 from fuzzy_fusion_ros.nodes.sensor_subscriber import SensorSubscriber
+from fuzzy_fusion_ros.online.timeline import LATE_EVIDENCE
 from fuzzy_fusion_ros.testing import Harness
 from fuzzy_fusion_ros.testing.feed import START_NS
 
@@ -50,18 +51,19 @@ def test_what_cannot_be_used_is_dropped_and_said(
     harness.spin_until_matched(publisher)
     bad = [Sample(START_NS, math.nan), Sample(0, 1.0), Sample((2**31 - 1) * 10**9, 1.0)]
     good = [Sample(START_NS, 1.0), Sample(START_NS + 10, 2.0)]
-    late = [Sample(START_NS + 5, 3.0)]
-    for sample in (*bad, *good, *late):
-        publisher.publish(imu(*sample))
-    harness.spin_until(lambda: len(out) == 2)
+    late = [Sample(START_NS + 5, 3.0), Sample(START_NS + 20, 4.0)]
+    for stamp_ns, value, _ in (*bad, *good, *late):
+        publisher.publish(imu(stamp_ns, value))
+    harness.spin_until(lambda: len(out) == 3)
     status = diagnostics.saying("sensor_subscriber: input", "dropped")
     assert status.level == WARN
-    assert [message.point.x for message in out] == [1.0, 2.0]
+    assert [message.point.x for message in out] == [1.0, 2.0, 4.0]
     counts = {name: n for name, n in status.values.items() if name.startswith("dropped")}
-    assert list(counts.values()) == ["1", "1", "1", "1", "0", "0"]
-    publisher.publish(imu(*Sample(START_NS - 2 * 10**9, 4.0)))
-    harness.spin_until(lambda: len(out) == 3)
-    log.wait_for("stamps have jumped back: passing them on from here")
+    assert list(counts.values()) == ["1", "1", "0", "0", "1", "1", "0", "0", "0"]
+    for k in range(LATE_EVIDENCE):
+        publisher.publish(imu(START_NS // 2 + k, 5.0))
+    harness.spin_until(lambda: len(out) == 3 + LATE_EVIDENCE)
+    log.wait_for("timestamps jumped back: passing on the new ones")
 
 
 def test_it_feeds_a_fusion_node(harness: Harness, diagnostics: Diagnostics) -> None:

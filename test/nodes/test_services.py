@@ -17,7 +17,7 @@ def test_reset_forgets_all(harness: Harness) -> None:
     feed = harness.feed()
     first = ramp(feed)
     response = harness.call(Trigger, "/fusion_node/reset", Trigger.Request())
-    assert (response.success, response.message) == (True, "history cleared")
+    assert (response.success, response.message) == (True, "state cleared")
     assert ramp(feed) == first  # the same stamps again: they count as new
 
 
@@ -29,7 +29,7 @@ def test_disabled_publishes_nothing_and_enabled_goes_on_at_once(
     feed(0.0, s1=1.0, s2=1.0)
     response = harness.call(SetBool, "/fusion_node/enable", SetBool.Request(data=False))
     assert response.success
-    assert "no estimates are published" in response.message
+    assert "disabled" in response.message
     feed.send(0.01, s1=1.0, s2=1.0)
     status = diagnostics.saying("fusion_node: fusion", "DISABLED")
     assert (status.level, status.values["mode"]) == (OK, "DISABLED")

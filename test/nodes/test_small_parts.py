@@ -9,33 +9,35 @@ from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
+from fuzzy_fusion_ros.messages.outputs import POINT
 from fuzzy_fusion_ros.nodes.pendulum_node import PeerError, PendulumNode
-from fuzzy_fusion_ros.ros.qos import overridable
-from fuzzy_fusion_ros.ros.sequence_gaps import SequenceGapCounter, WithNumber
+from fuzzy_fusion_ros.ros.qos import input_profile, overridable
+from fuzzy_fusion_ros.ros.sequence_gaps import SequenceGapCounter
 from fuzzy_fusion_ros.ros.spinning import executor_for
+from fuzzy_fusion_ros.ros.subscription import RawSubscription
 from fuzzy_fusion_ros.testing import Harness
 
 
 def test_losses_are_the_gaps_in_one_publishers_numbers() -> None:
-    losses = SequenceGapCounter()
-    for number in (5, 6, 10, 11, 3, 4, None, 9, 12):  # it starts anew at 3; one has no number
-        losses.see(number, lambda: 1)
-    assert losses.count == 3 + 2
-    losses.see(20, lambda: 2)  # of which of the two?
-    assert losses.count == 3 + 2
-    losses.report(4)
-    assert losses.count == 3 + 2
-    losses.report(9)
-    assert losses.count == 9
+    gaps = SequenceGapCounter()
+    numbers = (5, 6, 10, 11, 3, 4, None, 9, 12)  # it restarts at 3; one has no number
+    for number in numbers:
+        gaps.add(gaps.before(number))
+    assert gaps.count == 3 + 2
+    gaps.report(4)
+    assert gaps.count == 3 + 2
+    gaps.report(9)
+    assert gaps.count == 9
 
 
-def test_message_info_is_taken_from_either_executor() -> None:
-    heard = []
-    callback = WithNumber(lambda message, number: heard.append((message, number)))
-    info = {"publication_sequence_number": 7}
-    callback("two", info)
-    callback(("one", info))
-    assert heard == [("two", 7), ("one", 7)]
+def test_message_info_is_taken_from_either_executor(harness: Harness) -> None:
+    heard: list[bytes] = []
+    receive = RawSubscription(
+        harness.fusion_node(), "s3", POINT, input_profile("reliable"), heard.append
+    )
+    receive(b"two", {"publication_sequence_number": 7})
+    receive((b"one", {"publication_sequence_number": 9}))
+    assert (heard, receive.lost) == ([b"two", b"one"], 1)
 
 
 def test_without_an_events_executor_the_usual_one_serves(

@@ -12,6 +12,7 @@ from rclpy.parameter import Parameter
 
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.online.fusion import Fusion
+from fuzzy_fusion_ros.online.verdict import Fused
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.testing import Feed, Harness
@@ -36,13 +37,13 @@ def by_the_core(
 ) -> list[Sample]:
     """What comes out without ROS: of each time, S2 and then S1."""
     fusion = Fusion(replace(Parameters(), parameters))
-    out = []
+    out: list[Fused] = []
     for at, s1, s2 in samples:
         stamp_ns = START_NS + round(at * 1e9)
         if s2 is not None:
-            out.append(fusion.take_s2(Sample(stamp_ns, s2), stamp_ns))
-        out.append(fusion.take_s1(Sample(stamp_ns, s1), stamp_ns))
-    return [Sample(fused.stamp_ns, fused.estimate.value) for fused in out if fused is not None]
+            out += fusion.on_s2(Sample(stamp_ns, s2)).estimates
+        out += fusion.on_s1(Sample(stamp_ns, s1)).estimates
+    return [Sample(fused.stamp_ns, fused.estimate.value) for fused in out]
 
 
 @pytest.mark.parametrize("lag", [0, 1, 3])

@@ -78,14 +78,14 @@ def test_the_series_gives_what_the_fusion_gives(tmp_path: Path, trigger: str) ->
     next_ns = at(0.0) + round(SECOND / 37.0)
     for each in messages(path, ["/s1", "/s2", "/estimate", "/truth"]):
         while trigger == "timer" and each.log_ns >= next_ns:
-            given.append(node.tick())
+            given += node.on_tick().estimates
             next_ns += round(SECOND / 37.0)
         sample = Sample(each.log_ns, decoded(each).point.x)
         if each.topic == "/s1":
-            given.append(node.take_s1(sample, each.log_ns))
+            given += node.on_s1(sample, each.log_ns).estimates
         if each.topic == "/s2":
-            given.append(node.take_s2(sample, each.log_ns))
-    expected = [each.estimate.value for each in given if each is not None]
+            given += node.on_s2(sample, each.log_ns).estimates
+    expected = [each.estimate.value for each in given]
     trace = run(fusion(parameters), read(path, parameters=parameters).series)
     assert trace.value[trace.mode > 0].tolist() == expected
     assert len(expected) > 40
@@ -103,10 +103,10 @@ def test_what_cannot_be_used_is_left_out_and_counted(tmp_path: Path) -> None:
     ]
     recording = read(write_scalars(tmp_path / "bag", scalars))
     assert sorted(recording.notes) == [
-        "/s1: 1 left out, stamp is not newer than the last",
-        "/s1: 2 left out, value is not finite",
-        "/s2: 1 left out, stamp is too far in the future",
-        "/truth: 1 left out, stamp is not newer than the last",
+        "/s1: 1 dropped: stamp is not newer than the last",
+        "/s1: 2 dropped: value is not finite",
+        "/s2: 1 dropped: stamp is too far in the future",
+        "/truth: 1 dropped: stamp is not newer than the last",
     ]
     assert recording.s1.values.size == 101
 
@@ -117,7 +117,7 @@ def test_a_message_that_lacks_the_number_is_left_out(tmp_path: Path) -> None:
         for each in messages(path):
             writer.write(*each)
         writer.write("/s1", messages(path)[0].msgtype, at(1.0), b"\0\1\0\0xx")
-    assert read(tmp_path / "bag").notes == ("/s1: 1 left out, message does not hold the number",)
+    assert read(tmp_path / "bag").notes == ("/s1: 1 dropped: message lacks the field",)
 
 
 def test_a_message_without_the_element_is_left_out(tmp_path: Path) -> None:
@@ -131,7 +131,7 @@ def test_a_message_without_the_element_is_left_out(tmp_path: Path) -> None:
             writer.write("/s2", FLOAT, at(k), float_data(k))
     recording = read(tmp_path / "bag", Topics(fields={"s1": "position[0]"}))
     assert recording.s1.stamps_ns.tolist() == [at(1.0), at(2.0)]
-    assert recording.notes == ("/s1: 1 left out, message does not hold the number",)
+    assert recording.notes == ("/s1: 1 dropped: message lacks the field",)
 
 
 @pytest.mark.parametrize("topic", ["/s1", "/s2", "/estimate", "/truth"])
@@ -143,8 +143,8 @@ def test_time_that_jumps_back_ends_the_recording(tmp_path: Path, topic: str) -> 
     assert recording.s1.values.size == 200
     (note,) = recording.notes
     assert note == (
-        f"stamps of {topic} jump back after 3. s: only what comes before is used; "
-        "--start 3. takes what comes after"
+        f"timestamps of {topic} jump back at 3. s: only what comes before is used; "
+        "--start 3. uses what comes after"
     )
 
 
@@ -175,7 +175,7 @@ def test_a_span_without_samples_is_refused(tmp_path: Path) -> None:
 
 def test_sensors_that_never_say_a_number_are_refused(tmp_path: Path) -> None:
     path = write_scalars(tmp_path / "bag", [Scalar("/s1", 0.0, math.nan), Scalar("/s2", 0.0, 1.0)])
-    with pytest.raises(BagError, match="nothing on /s1 can be used: /s1: 1 left out, value is"):
+    with pytest.raises(BagError, match="nothing on /s1 can be used: /s1: 1 dropped: value is"):
         read(path)
 
 

@@ -186,9 +186,9 @@ def test_what_was_dropped_is_told(tmp_path: Path) -> None:
         writer.write("/s1", POINT, at(6.0), b"\0\1\0\0")
     done = replayed(tmp_path / "in", tmp_path / "out")
     assert sorted(done.notes) == [
-        "/s1: 1 left out, message does not hold the number",
-        "/s1: 1 left out, value is not finite",
-        "/s2: 1 left out, stamp is not newer than the last",
+        "/s1: 1 dropped: message lacks the field",
+        "/s1: 1 dropped: value is not finite",
+        "/s2: 1 dropped: stamp is not newer than the last",
     ]
     assert messages(tmp_path / "out", ["/s1"])[-1].data == b"\0\1\0\0"
 

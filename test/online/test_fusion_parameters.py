@@ -7,7 +7,8 @@ from reference import signals
 
 from fuzzy_fusion_ros.core.estimator import FUSED, S1_ONLY
 from fuzzy_fusion_ros.core.sample import Sample
-from fuzzy_fusion_ros.online.fusion import Fused, Fusion
+from fuzzy_fusion_ros.online.fusion import Fusion
+from fuzzy_fusion_ros.online.verdict import Fused
 from fuzzy_fusion_ros.parameters.errors import ParameterError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
@@ -21,10 +22,10 @@ RECORDING = signals.regular(200)
 
 def feed(fusion: Fusion, start: int = 0, end: int = 200) -> list[Fused]:
     """Feed samples of the recording, S2 first, and return the estimates."""
-    said = []
+    said: list[Fused] = []
     for s1, s2 in zip(RECORDING.s1[start:end], RECORDING.s2[start:end], strict=True):
-        said += [fusion.take_s2(Sample(*s2), s2[0]), fusion.take_s1(Sample(*s1), s1[0])]
-    return [fused for fused in said if fused is not None]
+        said += fusion.on_s2(Sample(*s2)).estimates + fusion.on_s1(Sample(*s1)).estimates
+    return said
 
 
 def change_half_way(before: Parameters, after: Parameters) -> tuple[list[Fused], Fusion]:
@@ -76,8 +77,7 @@ def test_a_predictor_switched_off_predicts_no_more() -> None:
 def test_a_changed_timeout_counts_at_once(trigger: str) -> None:
     before = replace(PLAIN, {"trigger": trigger})
     _, fusion = change_half_way(before, replace(before, {"s2.timeout": 0.1}))
-    fused = fusion.take_s1(Sample(4 * SECOND, 0.5), 4 * SECOND)
-    assert fused is not None
+    (fused,) = fusion.on_s1(Sample(4 * SECOND, 0.5)).estimates
     assert fused.estimate.mode == S1_ONLY
 
 
@@ -104,9 +104,8 @@ def test_conditioning_switched_on_starts_from_the_signal(change: dict[str, objec
         if k == 100:
             fusion.parameters = replace(PLAIN, change)
         stamp_ns = SECOND + k * 10_000_000
-        fusion.take_s2(Sample(stamp_ns, 5.0), stamp_ns)
-        fused = fusion.take_s1(Sample(stamp_ns, 5.0), stamp_ns)
-        assert fused is not None
+        fusion.on_s2(Sample(stamp_ns, 5.0))
+        (fused,) = fusion.on_s1(Sample(stamp_ns, 5.0)).estimates
         assert fused.estimate.value == pytest.approx(5.0)
         assert fused.estimate.aggregate.strengths.small_small == pytest.approx(1.0)
 
@@ -119,9 +118,8 @@ def test_a_bias_switched_off_is_taken_off_no_more() -> None:
         if k == 200:
             fusion.parameters = replace(learning, {"s1.bias_time_constant": 0.0})
         stamp_ns = SECOND + k * 10_000_000
-        fusion.take_s2(Sample(stamp_ns, 0.0), stamp_ns)
-        fused = fusion.take_s1(Sample(stamp_ns, 9.0), stamp_ns)
-        assert fused is not None
+        fusion.on_s2(Sample(stamp_ns, 0.0))
+        (fused,) = fusion.on_s1(Sample(stamp_ns, 9.0)).estimates
         strengths.append(fused.estimate.aggregate.strengths)
     assert strengths[199].small_small == pytest.approx(1.0)
     assert strengths[399].large_small == pytest.approx(1.0)

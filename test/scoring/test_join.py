@@ -3,17 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from reference import signals
 
-from fuzzy_fusion_ros.batch.series import Series, fusion, run
-from fuzzy_fusion_ros.core.estimator import WAITING
 from fuzzy_fusion_ros.offline.recording import Track
-from fuzzy_fusion_ros.parameters.fusion import Parameters
-from fuzzy_fusion_ros.scoring import join
-from fuzzy_fusion_ros.scoring.join import held, interpolated, steps, values_of
+from fuzzy_fusion_ros.scoring.join import held, interpolated
 
 BEGIN_NS = 1_700_000_000_123_456_789
 
@@ -66,33 +60,3 @@ def test_a_held_value_is_the_newest() -> None:
 
 def test_an_empty_series_holds_nothing() -> None:
     assert np.isnan(held(np.array([], np.int64), np.array([]), np.array([1, 2]))).all()
-
-
-@pytest.fixture
-def series() -> Series:
-    """A short recording in which S2 speaks late."""
-    recording = signals.irregular(300, 2)
-    known = np.maximum(np.array(recording.s2_known, np.int64) - 3, 0)
-    return Series(
-        s1_ns=np.array([stamp for stamp, _ in recording.s1], np.int64),
-        s1=np.array([value for _, value in recording.s1]),
-        s2_ns=np.array([stamp for stamp, _ in recording.s2], np.int64),
-        s2=np.array([value for _, value in recording.s2]),
-        s2_known=known,
-    )
-
-
-def test_steps_are_those_of_the_compiled_run(series: Series) -> None:
-    method = fusion(Parameters())
-    trace = run(method, series)
-    found = list(steps(method, series))
-    assert [each.mode for each in found] == trace.mode.tolist()
-    assert [0.0 if e.mode == WAITING else e.value for e in found] == trace.value.tolist()
-
-
-def test_long_series_give_the_same_values(series: Series, monkeypatch: pytest.MonkeyPatch) -> None:
-    method = fusion(Parameters())
-    short = values_of(method, series)
-    monkeypatch.setattr(join, "WORTH_COMPILING", 0)
-    assert np.isnan(short).any()
-    assert np.array_equal(short, values_of(method, series), equal_nan=True)

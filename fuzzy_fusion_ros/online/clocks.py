@@ -1,0 +1,52 @@
+"""Whether the sensors' clocks agree, judged by when samples arrive and what their stamps say."""
+
+from __future__ import annotations
+
+from fuzzy_fusion_ros.online.guard import Guard
+
+NOTICEABLE = 0.25
+"""Seconds: an offset below this is within what clocks and transport do on a robot."""
+
+SUSPICIOUS = 2.0
+"""Seconds: no sensor's messages are on the way for longer than this."""
+
+
+def offset_between(s1: Guard, s2: Guard) -> float | None:
+    """Return how far S2's stamps are behind S1's when both arrive, seconds.
+
+    Negative where they are ahead; ``None`` while too few samples have arrived.
+    """
+    if s1.delay is None or s2.delay is None:
+        return None
+    return s2.delay - s1.delay
+
+
+def clock_problem(s1: Guard, s2: Guard, s1_timeout: float, s2_timeout: float) -> str:
+    """Say how far the sensors' clocks are apart, ``""`` while that does no harm.
+
+    It does where a sensor that is there counts as lost, where stamps arrive before their time,
+    and where a delay is longer than any transport.
+
+    Args:
+        s1, s2: The guards.
+        s1_timeout, s2_timeout: After how long each counts as lost, seconds.
+    """
+    offset = offset_between(s1, s2)
+    if offset is None or s1.delay is None or s2.delay is None or abs(offset) <= NOTICEABLE:
+        return ""
+    harmless = min(SUSPICIOUS, s2_timeout if offset > 0.0 else s1_timeout)
+    if abs(offset) <= harmless and min(s1.delay, s2.delay) >= -NOTICEABLE:
+        return ""
+    where = "behind" if offset > 0.0 else "ahead of"
+    return (
+        f"s2's stamps are {duration(abs(offset))} {where} s1's while both arrive: synchronize the "
+        "clocks that stamp them, or stamp both on receipt"
+    )
+
+
+def duration(seconds: float) -> str:
+    """Return a duration in words: ``5.0 s``, ``1.76e9 s``."""
+    if seconds < 1e5:
+        return f"{seconds:.1f} s"
+    mantissa, _, exponent = f"{seconds:.2e}".partition("e")
+    return f"{mantissa}e{int(exponent)} s"

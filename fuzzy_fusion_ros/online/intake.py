@@ -1,0 +1,99 @@
+"""The one way in for samples: guards, timeline and trigger, for node, replay, score and tune."""
+
+from __future__ import annotations
+
+from fuzzy_fusion_ros.core.numerics import seconds_between
+from fuzzy_fusion_ros.core.sample import Sample
+from fuzzy_fusion_ros.online.clocks import clock_problem
+from fuzzy_fusion_ros.online.guard import Drop, Guard
+from fuzzy_fusion_ros.online.timeline import Admission, Timeline
+from fuzzy_fusion_ros.online.trigger import Step, trigger_for
+from fuzzy_fusion_ros.online.verdict import Verdict
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+
+
+class Intake:
+    """Decides which samples count and which steps of the estimator they make due.
+
+    Attributes:
+        s1, s2: The guards, with the counts of what was admitted and dropped.
+    """
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._parameters = parameters
+        self.s1 = Guard()
+        self.s2 = Guard()
+        self._timeline = Timeline(self.s1, self.s2)
+        self._trigger = trigger_for(parameters)
+
+    @property
+    def parameters(self) -> Parameters:
+        """The parameters, replaced as a whole; the next sample sees the new ones."""
+        return self._parameters
+
+    @parameters.setter
+    def parameters(self, parameters: Parameters) -> None:
+        self._parameters = parameters
+        self._trigger.parameters = parameters
+
+    def on_s1(self, sample: Sample, now_ns: int) -> Verdict:
+        """Take a sample of S1.
+
+        Args:
+            sample: The sample as it came, whatever it holds.
+            now_ns: Time of receipt, nanoseconds on the clock of the stamps.
+        """
+        return self._receive(self.s1, sample, now_ns)
+
+    def on_s2(self, sample: Sample, now_ns: int) -> Verdict:
+        """Take a sample of S2; as :meth:`on_s1`."""
+        return self._receive(self.s2, sample, now_ns)
+
+    def on_tick(self) -> Verdict:
+        """Take a tick of the timer, for the trigger of that name."""
+        return Verdict(steps=(self._trigger.on_tick(),))
+
+    def clocks_known(self) -> bool:
+        """Return whether enough samples of both sensors have arrived to compare their clocks."""
+        return self.s1.delay is not None and self.s2.delay is not None
+
+    def clock_problem(self) -> str:
+        """Say how far the sensors' clocks are apart, ``""`` while that does no harm."""
+        parameters = self._parameters
+        return clock_problem(self.s1, self.s2, parameters.s1.timeout, parameters.s2.timeout)
+
+    def restart(self) -> Verdict:
+        """Start a new timeline: the clock of the stamps has jumped back."""
+        return self._follow(self._timeline.restart())
+
+    def reset(self) -> None:
+        """Forget all samples; the counts stay."""
+        self._timeline.reset()
+        self._trigger = trigger_for(self._parameters)
+
+    def finish(self) -> None:
+        """Count what is still held as dropped: nothing more will come."""
+        self._timeline.finish()
+
+    def _receive(self, guard: Guard, sample: Sample, now_ns: int) -> Verdict:
+        tolerance = self._parameters.future_tolerance
+        return self._follow(self._timeline.receive(guard, sample, now_ns, tolerance))
+
+    def _follow(self, admission: Admission) -> Verdict:
+        if admission.restarted:
+            self._trigger = trigger_for(self._parameters)
+        steps = tuple([self._step(guard, sample) for guard, sample in admission.admitted])
+        return Verdict(len(steps), admission.drop, admission.restarted, steps)
+
+    def _step(self, guard: Guard, sample: Sample) -> Step:
+        on_sample = self._trigger.on_s1 if guard is self.s1 else self._trigger.on_s2
+        step = on_sample(sample)
+        self.s1.drop(Drop.UNPAIRED, step.unpaired_s1)
+        self.s2.drop(Drop.UNPAIRED, step.unpaired_s2)
+        if step.s2 is not None and step.s1 is None and self._s1_is_lost(step.s2.stamp_ns):
+            return step._replace(s2_alone=True)
+        return step
+
+    def _s1_is_lost(self, stamp_ns: int) -> bool:
+        heard_ns = self.s2.first_ns if self.s1.newest_ns is None else self.s1.newest_ns
+        return seconds_between(heard_ns, stamp_ns) > self._parameters.s1.timeout

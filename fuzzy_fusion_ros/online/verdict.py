@@ -1,0 +1,43 @@
+"""What becomes of a sample: admitted or dropped, the steps that it makes due, the estimates."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from fuzzy_fusion_ros.core.estimator import Estimate
+from fuzzy_fusion_ros.online.guard import Drop
+from fuzzy_fusion_ros.online.trigger import Step
+
+
+class Fused(NamedTuple):
+    """An estimate with the stamp of the sample that it is for.
+
+    Attributes:
+        stamp_ns: The stamp, nanoseconds.
+        estimate: The estimate.
+        s2_message: The message of the newest S2 sample in it, empty if there is none.
+    """
+
+    stamp_ns: int
+    estimate: Estimate
+    s2_message: bytes = b""
+
+
+class Verdict(NamedTuple):
+    """What became of a sample.
+
+    A sample that is neither admitted nor dropped is held: the next ones decide.
+
+    Attributes:
+        admitted: Samples admitted now; more than one where earlier ones were held.
+        drop: Why the sample was dropped, ``None`` if it was not.
+        restarted: Whether timestamps jumped, so that all state was cleared first.
+        steps: What the estimator has to do, in order.
+        estimates: What it answered; empty before it has.
+    """
+
+    admitted: int = 0
+    drop: Drop | None = None
+    restarted: bool = False
+    steps: tuple[Step, ...] = ()
+    estimates: tuple[Fused, ...] = ()
