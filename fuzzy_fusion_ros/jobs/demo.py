@@ -225,7 +225,7 @@ def _score_pendulum(path: Path, parameters: Parameters, bags: Path, progress: Pr
         Topics(),
         parameters,
         baselines,
-        progress=lambda messages: progress.over(messages, f"reading {path}", unit=" messages"),
+        progress=lambda messages: progress.over(messages, f"reading {path.name}", unit=" messages"),
     )
     return scored._replace(name="pendulum", unit="rad")
 

@@ -62,7 +62,7 @@ def score(
         baselines,
         start,
         end,
-        lambda messages: progress.over(messages, f"reading {bag}", unit=" messages"),
+        lambda messages: progress.over(messages, f"reading {Path(bag).name}", unit=" messages"),
     )
     return scored._replace(
         unit=scored.unit if unit is None else unit, notes=(*notes, *scored.notes)

@@ -105,7 +105,7 @@ def tune(
             base,
             start,
             end,
-            lambda messages: progress.over(messages, f"reading {bag}", unit=" messages"),
+            lambda messages: progress.over(messages, f"reading {Path(bag).name}", unit=" messages"),
         )
     truth = _truth(recording) if use_truth and recording.truth.stamps_ns.size else None
     with progress.counted("tuning", " runs") as advance:

@@ -1,4 +1,4 @@
-"""What the paper's figures are laid out on: panels, a title, a legend that hides nothing."""
+"""The layout of the paper's figures: panels, a title, and the legend below them."""
 
 from __future__ import annotations
 
@@ -46,18 +46,18 @@ def canvas(layout: str, heights: Sequence[float], height_px: int) -> Canvas:
 
 
 def put_title(on: Canvas, title: str, text: str) -> None:
-    """Write what the figure is, and below it what the numbers say."""
+    """Write the title and, below it, the key figures."""
     on.figure.suptitle(f"{title}\n{text}", x=0.01, ha="left", fontsize=12)
 
 
 def put_legend(on: Canvas, columns: int) -> None:
-    """Write the legend of the first panel below all of them."""
+    """Write the legend of the first panel below all panels."""
     handles, labels = on.panels[0].get_legend_handles_labels()
     on.below.legend(handles, labels, loc="center", ncols=columns)
 
 
 def outlined(colour: str, width: float) -> list[AbstractPathEffect]:
-    """Return the effects that a line of this colour and width needs to be seen on white."""
+    """Return the path effects that make a line of this colour and width visible on white."""
     if colour not in OUTLINE:
         return []
     return [withStroke(linewidth=width + 1.0, foreground=OUTLINE[colour])]

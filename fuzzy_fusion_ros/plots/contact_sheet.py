@@ -1,4 +1,4 @@
-"""All figures on one sheet, small."""
+"""All figures, reduced, on one sheet."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ROW_PX = 205
 
 
 def contact_sheet(pictures: Sequence[Path]) -> Figure:
-    """Return a sheet of pictures row by row; call this, and save it, inside ``styled()``.
+    """Return a sheet of pictures, row by row; call this and save the result inside ``styled()``.
 
     Args:
         pictures: PNG files, at least one.

@@ -19,7 +19,7 @@ START = (0.0, 3.0)
 """Span of the panel that shows the start, seconds."""
 
 USUAL_REACH = 0.25
-"""Responses within this share one scale, rad."""
+"""Responses that stay within this are drawn on one scale, rad."""
 
 SENSORS = {
     "ideal": "an ideal sensor",
@@ -30,11 +30,11 @@ SENSORS = {
     "aggregator": "the aggregator",
     "complete": "aggregator and predictor",
 }
-"""What each response is controlled on."""
+"""The signal that each response is controlled on."""
 
 
 class Line(NamedTuple):
-    """How a column of a table over time is drawn: what the legend says, and its style."""
+    """How a column of a table is drawn over time: its legend and its style."""
 
     label: str
     colour: str
@@ -43,7 +43,7 @@ class Line(NamedTuple):
 
 
 def draw(number: int, table: Table) -> Figure:
-    """Draw a figure of the paper; call this, and save it, inside ``styled()``.
+    """Draw a figure of the paper; call this and save the result inside ``styled()``.
 
     Args:
         number: Its number, 6 to 23.
@@ -118,7 +118,7 @@ def _prediction(table: Table) -> Figure:
     rejected = np.asarray(table["rejected"], bool)
     share = np.mean(rejected)
     text = f"the gate rejects {share:.1%} of the predictions"
-    title = "Fig. 17: what the predictor says, and where the gate rejects it"
+    title = "Fig. 17: the prediction, and where the gate rejects it"
     on = _over_time(title, text, "angle, rad", table, lines)
     for axes in on.panels:
         low, high = axes.get_xlim()

@@ -1,4 +1,4 @@
-"""How all figures of the project look: one colour per method, everywhere.
+"""The look of every figure: one colour per method, everywhere.
 
 The colours are those of Okabe and Ito, which colour-blind readers can tell apart, and a few
 shades of grey. Importing this changes nothing in matplotlib; :func:`styled` does, for a while.
@@ -112,7 +112,7 @@ def new_figure(
 
 
 def require_format(path: str | Path) -> None:
-    """Refuse a file whose suffix names no format.
+    """Reject a file whose suffix is not a known format.
 
     Raises:
         FusionError: The format is unknown.
@@ -120,20 +120,20 @@ def require_format(path: str | Path) -> None:
     formats = FigureCanvasAgg.get_supported_filetypes()
     if Path(path).suffix[1:] not in formats:
         raise FusionError(
-            f"plot {str(path)!r} has no format that is known: end it in one of "
+            f"plot {str(path)!r} has an unknown format: use one of "
             + ", ".join(f".{each}" for each in sorted(formats))
         )
 
 
 def with_unit(text: str, unit: str, between: str = " / ") -> str:
-    """Return a label with its unit, if that is known, and its squares as such."""
+    """Return a label with its unit, if that is known, and with squares written as ²."""
     return f"{text}{between}{unit.replace('^2', '²')}" if unit else text
 
 
 def save(figure: Figure, path: str | Path) -> None:
-    """Write a figure into a file; its suffix names the format.
+    """Write a figure into a file; the suffix is the format.
 
-    The same figure gives the same bytes.
+    The same figure always gives the same bytes.
 
     Raises:
         FusionError: The file cannot be written or the format is unknown.

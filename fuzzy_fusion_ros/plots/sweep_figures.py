@@ -1,4 +1,4 @@
-"""The paper's Figs 18-23: what each method comes to over the sweeps."""
+"""The paper's Figs 18-23: IAE and ITAE of each method over the sweeps."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ MARKERS = {
     "kalman": "*",
 }
 PAPERS = ("s2", "average", "complete")
-"""The methods that the paper's sweeps show; the others are drawn lighter."""
+"""The methods in the paper's own figures; the others are drawn lighter."""
 
 LABELS = {
     **NAMES,
@@ -42,7 +42,7 @@ LABELS = {
 
 
 def draw_sweep(number: int, table: Table) -> Figure:
-    """Draw IAE or ITAE over what is swept, Figs 18-23; as ``paper_figures.draw``."""
+    """Draw IAE or ITAE over the swept quantity, Figs 18-23; as ``paper_figures.draw``."""
     swept, quantity = SWEPT[number]
     on = canvas("A;L", (10.0, 2.0), 620)
     (axes,) = on.panels

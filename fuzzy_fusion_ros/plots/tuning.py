@@ -26,11 +26,11 @@ _HEIGHT_PX = 1150
 _GRID = 60
 _LEVELS = 20
 _MOST_POINTS = 1500
-"""Samples drawn on a surface, and points of a trace."""
+"""Most samples drawn on a surface, and most points of a trace."""
 
 
 class _Samples(NamedTuple):
-    """Inputs of the rules, as they came: differences and rates, shape (n,) each."""
+    """Inputs of the rules over the recording, shape (n,) each."""
 
     difference: Reals
     rate: Reals
@@ -71,7 +71,7 @@ def _samples(parameters: Parameters, series: Series) -> _Samples:
 
 
 def _draw_sets(axes: Axes, tuned: Tuned, name: str, samples: Reals, unit: str) -> None:
-    """Draw the two sets of an input, before and after, over how often its values come."""
+    """Draw the two fuzzy sets of an input, before and after, over a histogram of its values."""
     after: BreakPoints = getattr(tuned.parameters.aggregator, name)
     before: BreakPoints = getattr(tuned.before.aggregator, name)
     reach = _reach(samples, after)
@@ -90,7 +90,7 @@ def _draw_sets(axes: Axes, tuned: Tuned, name: str, samples: Reals, unit: str) -
 def _draw_surface(
     axes: Axes, parameters: Parameters, samples: _Samples, name: str, unit: str
 ) -> None:
-    """Draw W1 or the drift over both inputs, and the recording's samples on it."""
+    """Draw W1 or the drift over both inputs, with the samples of the recording as dots."""
     rules = parameters.aggregator
     differences = np.linspace(0.0, _reach(samples.difference, rules.difference), _GRID)
     rates = np.linspace(0.0, _reach(samples.rate, rules.rate), _GRID)
@@ -168,7 +168,7 @@ def _estimate(parameters: Parameters, series: Series) -> Reals:
 
 
 def _reach(samples: Reals, ramp: BreakPoints) -> float:
-    """Return how far an input is shown: over nearly all samples and the ramp, if that is near."""
+    """Return the largest value of an input to show: nearly all samples, and a ramp close by."""
     far = float(np.quantile(samples, 0.995)) if samples.size else 0.0
     return 1.1 * max(far, min(ramp.large, 3.0 * far) if far > 0.0 else ramp.large)
 

@@ -17,7 +17,7 @@ class Harness(Graph):
     def fusion_node(
         self, parameters: Mapping[str, Any] | None = None, **options: Any
     ) -> FusionNode:
-        """Run a fusion node; as :meth:`add`, but its inputs are reliable unless said otherwise."""
+        """Run a fusion node as :meth:`add` does, with reliable inputs unless told otherwise."""
         return self.add(FusionNode, {"qos": "reliable", **(parameters or {})}, **options)
 
     def feed(self, **options: Any) -> Feed:

@@ -30,8 +30,8 @@ class Process:
             environment: Variables added to those of this process.
         """
         self._folder = tempfile.TemporaryDirectory()
-        said = Path(self._folder.name)
-        self._stdout, self._stderr = said / "stdout", said / "stderr"
+        folder = Path(self._folder.name)
+        self._stdout, self._stderr = folder / "stdout", folder / "stderr"
         path = os.pathsep.join(filter(None, (SOURCES, os.environ.get("PYTHONPATH"))))
         with self._stdout.open("w") as stdout, self._stderr.open("w") as stderr:
             self._child = subprocess.Popen(
@@ -79,7 +79,7 @@ class Process:
         try:
             return self._child.wait(timeout)
         except subprocess.TimeoutExpired:
-            raise TimeoutError(f"still running after {timeout} s; it said: {self.stderr}") from None
+            raise TimeoutError(f"still running after {timeout} s; stderr: {self.stderr}") from None
 
     def close(self) -> None:
         """Kill the process if it is still running, and delete its output."""

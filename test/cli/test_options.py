@@ -140,5 +140,5 @@ def test_results_that_cannot_be_written_are_refused_before_the_work(
     assert list((tmp_path / "new").iterdir()) == []
     with pytest.raises(OutputError, match="cannot be written"):
         require("--json", str(tmp_path))
-    with pytest.raises(FusionError, match="has no format that is known"):
+    with pytest.raises(FusionError, match="has an unknown format"):
         require("--plot", str(tmp_path / "a.doc"))

@@ -147,7 +147,7 @@ def test_what_was_left_out_is_said(tmp_path: Path, capsys: pytest.CaptureFixture
         (["BAG", "--start", "9"], "it has no message in this span"),
         (["BAG", "--baseline", "none.json"], "'none.json' cannot be read"),
         (["BAG", "--params", "none.yaml"], "'none.yaml': cannot be read"),
-        (["BAG", "--plot", "plot.xyz"], "no format that is known"),
+        (["BAG", "--plot", "plot.xyz"], "an unknown format"),
         (["BAG", "--tolerance", "-1"], "--tolerance: got '-1'"),
         (["BAG", "--json", "/proc/none/a.json"], "cannot be written"),
     ],

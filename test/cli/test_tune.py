@@ -174,7 +174,7 @@ def test_what_cannot_be_written_is_refused_before_the_fit(
     assert main([str(bag), *arguments]) == 2
     out, said = capsys.readouterr()
     assert out == ""
-    assert re.fullmatch(r"tune: .* (cannot be written|no format that is known).*\n", said)
+    assert re.fullmatch(r"tune: .* (cannot be written|an unknown format).*\n", said)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["bag"]
 
 

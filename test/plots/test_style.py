@@ -92,7 +92,7 @@ def test_the_same_figure_gives_the_same_bytes(tmp_path: Path, suffix: str) -> No
 
 def test_a_format_must_be_known(tmp_path: Path) -> None:
     figure, _ = new_figure()
-    with pytest.raises(FusionError, match=r"no format that is known: end it in one of .*\.png"):
+    with pytest.raises(FusionError, match=r"an unknown format: use one of .*\.png"):
         save(figure, tmp_path / "plot.xyz")
 
 
