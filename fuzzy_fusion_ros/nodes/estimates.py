@@ -52,6 +52,12 @@ class EstimateOutput:
             node, "estimate", self._messages.codec.type_name, recorder, ESTIMATE
         )
 
+    def described(self) -> str:
+        """Return topic, field and type in words, once the topic is open."""
+        topic = self._estimate.topic if self._estimate is not None else "estimate"
+        codec = self._messages.codec
+        return f"{topic}, {codec.field.text} of {codec.type_name}"
+
     @property
     def wanted(self) -> dict[str, RecordingPublisher]:
         """The topics of the explanation that someone listens to, by name."""

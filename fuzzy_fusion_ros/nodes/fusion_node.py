@@ -43,8 +43,8 @@ class FusionNode(ConfiguredNode[Parameters]):
         self._output = EstimateOutput(parameters.estimate, self._s2.codec)
         self._rules = RuleReport()
         self._report = FusionReport(self.log)
-        self._s1_report = SensorReport("s1", self._s1)
-        self._s2_report = SensorReport("s2", self._s2)
+        self._s1_report = SensorReport("s1", self._s1, self)
+        self._s2_report = SensorReport("s2", self._s2, self)
         self._diagnostics = Diagnostics(self, self._time, self._reports)
         self._jumps = self._time.on_jump_back(self._on_jump_back)
         self.create_service(Trigger, "~/reset", self._on_reset)
@@ -53,8 +53,13 @@ class FusionNode(ConfiguredNode[Parameters]):
             self._ticks = self._time.every(1.0 / parameters.rate, self.guarded(self._on_tick))
 
     def on_spinning(self) -> None:
-        """Publish from now on."""
+        """Publish from now on, and say between which topics."""
         self._output.open(self, self.recorder)
+        self.log.info(
+            f"s1: {self._s1.described()}; s2: {self._s2.described()}; "
+            f"estimate: {self._output.described()}; trigger: {self.parameters.trigger}"
+        )
+        self._report.start()
 
     def _on_s1(self, data: bytes) -> None:
         received = self._s1.receive(data)
@@ -89,8 +94,9 @@ class FusionNode(ConfiguredNode[Parameters]):
         s1, s2 = self._s1, self._s2
         stale = s1.age > parameters.s1.timeout and s2.age > parameters.s2.timeout
         work = s1.subscription.work.drain() + s2.subscription.work.drain()
+        held = [f"{name} = {value}" for name, value in self.held.items()]
         return [
-            self._report.report(stale, self._output, self._fusion, work),
+            self._report.report(stale, self._output, self._fusion, work, self._time, held),
             self._s1_report.report(parameters.s1.timeout),
             self._s2_report.report(parameters.s2.timeout),
             *self._rules.reports(parameters),

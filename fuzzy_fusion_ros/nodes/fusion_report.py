@@ -8,6 +8,7 @@ from fuzzy_fusion_ros.nodes.estimates import EstimateOutput
 from fuzzy_fusion_ros.nodes.modes import OF_ESTIMATE, Mode
 from fuzzy_fusion_ros.online.fusion import Fusion
 from fuzzy_fusion_ros.online.verdict import Fused
+from fuzzy_fusion_ros.ros.clock import NodeTime
 from fuzzy_fusion_ros.ros.diagnostics import Level, Report, Summary
 from fuzzy_fusion_ros.ros.statistics import Rate, median_and_maximum
 
@@ -28,6 +29,10 @@ class FusionReport:
         self._unwritable = 0
         self._warned = False
 
+    def start(self) -> None:
+        """Log the mode that the node starts in."""
+        self._log_mode()
+
     def see(self, fused: Fused) -> None:
         """Take an estimate: it shows the mode."""
         self._change(OF_ESTIMATE[fused.estimate.mode])
@@ -39,7 +44,13 @@ class FusionReport:
             self._change(Mode.WAITING if enabled else Mode.DISABLED)
 
     def report(
-        self, stale: bool, output: EstimateOutput, fusion: Fusion, work: list[float]
+        self,
+        stale: bool,
+        output: EstimateOutput,
+        fusion: Fusion,
+        work: list[float],
+        node_time: NodeTime,
+        held: list[str],
     ) -> Report:
         """Report the mode and the node's numbers.
 
@@ -48,6 +59,8 @@ class FusionReport:
             output: What has been published.
             fusion: The fusion.
             work: How long each message took since the last report, seconds.
+            node_time: The clocks of the node.
+            held: Parameters that wait for others, with their values.
         """
         if stale:
             self._change(Mode.STALE)
@@ -57,7 +70,10 @@ class FusionReport:
                 Summary(Level.ERROR, f"estimates not published: {output.last_problem}")
             )
         self._unwritable = output.unwritable
-        summaries += self._clocks(fusion.clock_problem())
+        if held:
+            text = f"not in use until their partners are set as well: {', '.join(held)}"
+            summaries.append(Summary(Level.WARN, text))
+        summaries += self._clocks(fusion.clock_problem(), node_time)
         median, longest = median_and_maximum(work)
         return Report(
             "fusion",
@@ -73,8 +89,10 @@ class FusionReport:
             },
         )
 
-    def _clocks(self, problem: str) -> list[Summary]:
-        """Warn of clocks that are apart, in the log once until they agree again."""
+    def _clocks(self, problem: str, node_time: NodeTime) -> list[Summary]:
+        """Warn of clocks that stand or are apart, in the log once until they are in order."""
+        if node_time.simulated and node_time.now_ns() == 0:
+            problem = "use_sim_time is true, but nothing has been received on /clock"
         if problem and not self._warned:
             self._log.warning(problem)
         self._warned = bool(problem)
@@ -86,6 +104,10 @@ class FusionReport:
         if mode is self.mode:
             return
         self.mode = mode
+        self._log_mode()
+
+    def _log_mode(self) -> None:
+        mode = self.mode
         text = f"{mode.name}: {mode.value}"
         if mode.level is Level.OK:
             self._log.info(text)

@@ -74,6 +74,10 @@ class SensorInput:
         self.subscription = RawSubscription(node, topic, self.codec.type_name, profile, on_message)
         node.recorder.add(self.subscription.topic, self.codec.type_name, profile)
 
+    def described(self) -> str:
+        """Return topic, field and type in words."""
+        return f"{self.subscription.topic}, {self.codec.field.text} of {self.codec.type_name}"
+
     def receive(self, data: bytes) -> Received | None:
         """Read and record a message; ``None`` if it cannot be read, which is counted."""
         now_ns = self._time.now_ns()

@@ -39,7 +39,7 @@ class SensorSubscriber(ConfiguredNode[SubscriberParameters]):
         )
         self._output = RecordingPublisher(self, "output", POINT, self.recorder)
         self._point = functools.lru_cache(functools.partial(point_template, InstalledTypes()))
-        self._report = SensorReport("input", self._input)
+        self._report = SensorReport("input", self._input, self)
         self._diagnostics = Diagnostics(self, node_time, self._reports)
 
     def _on_message(self, data: bytes) -> None:

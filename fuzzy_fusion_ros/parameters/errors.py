@@ -25,7 +25,11 @@ class ParameterError(FusionError):
 
     def under(self, owner: str) -> ParameterError:
         """Return the same error with ``owner.`` before its name."""
-        return ParameterError(f"{owner}.{self.name}", self.problem)
+        return type(self)(f"{owner}.{self.name}", self.problem)
+
+
+class CombinationError(ParameterError):
+    """Each parameter is allowed, but not beside the others."""
 
 
 class MessageError(FusionError):

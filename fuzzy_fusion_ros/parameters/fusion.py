@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fuzzy_fusion_ros.parameters.errors import ParameterError
+from fuzzy_fusion_ros.parameters.errors import CombinationError
 from fuzzy_fusion_ros.parameters.group import Group, group, integer, real, switch, text
 
 
@@ -23,10 +23,10 @@ class BreakPoints(Group):
         """Check that the ramp rises.
 
         Raises:
-            ParameterError: ``small`` is not below ``large``.
+            CombinationError: ``small`` is not below ``large``.
         """
         if not self.small < self.large:
-            raise ParameterError(
+            raise CombinationError(
                 "small", f"got {self.small!r}, expected less than large {self.large!r}"
             )
 

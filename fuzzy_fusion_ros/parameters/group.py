@@ -120,10 +120,10 @@ class Group:
         self.check_together()
 
     def check_together(self) -> None:
-        """Check what no single value can tell.
+        """Check what no single value can show.
 
         Raises:
-            ParameterError: The combination is not allowed.
+            CombinationError: The combination is not allowed.
         """
 
 

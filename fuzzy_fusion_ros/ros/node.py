@@ -21,7 +21,7 @@ from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from fuzzy_fusion_ros.parameters.errors import FusionError, ParameterError
+from fuzzy_fusion_ros.parameters.errors import CombinationError, FusionError, ParameterError
 from fuzzy_fusion_ros.parameters.file import is_builtin, load, refuse
 from fuzzy_fusion_ros.parameters.group import (
     Descriptor,
@@ -35,12 +35,17 @@ from fuzzy_fusion_ros.ros.recorder import NoRecorder, Recorder
 
 G = TypeVar("G", bound=Group)
 
+Values = dict[str, Value | None]
+"""Values of parameters by their dotted names, ``None`` for one that is deleted."""
+
 
 class ConfiguredNode(Node, Generic[G]):
     """A node whose parameters are those of a group: described, checked, changed all or none.
 
     Attributes:
-        parameters: The values that hold now.
+        parameters: The values in use.
+        held: Values that were set one by one and are only allowed together with others that have
+            not been set yet; they are not in use.
         recorder: What records; closed with the node.
         finished: Whether there is nothing left to do.
         failure: What makes it impossible to go on, if anything does.
@@ -83,6 +88,7 @@ class ConfiguredNode(Node, Generic[G]):
         self.spinning = False
         self.finished = False
         self.failure: FusionError | None = None
+        self.held: Values = {}
         self._described = {name: each for name, each, _ in descriptors(type(defaults))}
         self._fixed = {name for name, each in self._described.items() if fixed or each.fixed}
         try:
@@ -98,7 +104,7 @@ class ConfiguredNode(Node, Generic[G]):
 
     def _declared(self, defaults: G) -> G:
         overrides: Mapping[str, Parameter] = self._parameter_overrides
-        parameters = self._changed(defaults, overrides.values())
+        parameters = replace(defaults, self._own(overrides.values()))
         for name, value in flatten(parameters).items():
             descriptor = to_message(self._described[name], name in self._fixed)
             self.declare_parameter(name, value, descriptor, ignore_override=True)
@@ -160,12 +166,15 @@ class ConfiguredNode(Node, Generic[G]):
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
         """Set parameters, all or none; a refusal names parameter, value and range.
 
-        rclpy's own checks come after ours: its refusals leave out the name or the value.
+        A single value that is only refused beside others is held until these are set as well, so
+        that files load in any order. rclpy's own checks come after ours: its refusals leave out
+        the name or the value.
         """
         try:
             for each in parameter_list:
                 self._refuse_fixed(each)
-            changed = self._changed(self.parameters, parameter_list)
+            own = self._own(parameter_list)
+            changed, held, reason = self._with(own) if len(own) == 1 else self._at_once(own)
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
         kinds = {name: each.kind for name, each in self._described.items()}
@@ -173,9 +182,26 @@ class ConfiguredNode(Node, Generic[G]):
             [_as_number(each, kinds.get(each.name)) for each in parameter_list]
         )
         if result.successful:
-            self.parameters = changed
+            self.parameters, self.held, result.reason = changed, held, reason
             self.on_parameters()
         return result
+
+    def _at_once(self, own: Values) -> tuple[G, Values, str]:
+        """Return the parameters with some changed; what is held, those left out, stays held."""
+        held = {name: value for name, value in self.held.items() if name not in own}
+        return replace(self.parameters, own), held, ""
+
+    def _with(self, own: Values) -> tuple[G, Values, str]:
+        """Return the parameters with some changed together with those held, as far as allowed."""
+        together = {**self.held, **own}
+        try:
+            return replace(self.parameters, together), {}, ""
+        except CombinationError as error:
+            for name, value in own.items():
+                self._described[name].check(name, value)
+            with contextlib.suppress(CombinationError):
+                return self._at_once(own)
+            return self.parameters, together, f"not in use yet: {error}"
 
     def _refuse_fixed(self, parameter: Parameter) -> None:
         if parameter.name in self._fixed:
@@ -185,16 +211,16 @@ class ConfiguredNode(Node, Generic[G]):
                 "restart the node with it",
             )
 
-    def _changed(self, parameters: G, changes: Iterable[Parameter]) -> G:
-        """Return the group with ROS parameters laid over it; rclpy's own are only looked at."""
-        own: dict[str, Value | None] = {}
+    def _own(self, changes: Iterable[Parameter]) -> Values:
+        """Return the values of the group's parameters by name; rclpy's own are only checked."""
+        own: Values = {}
         for each in changes:
             if each.name == "use_sim_time" and each.type_ != Parameter.Type.BOOL:
                 raise ParameterError(each.name, f"got {each.value!r}, expected true or false")
             if not is_builtin(each.name):
                 refuse(each.name, each.value, self._described)
                 own[each.name] = each.value
-        return replace(parameters, own)
+        return own
 
 
 def to_message(descriptor: Descriptor, fixed: bool) -> ParameterDescriptor:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from nodes.watching import Log
+from nodes.watching import WARN, Diagnostics, Log
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import DescribeParameters, SetParameters, SetParametersAtomically
@@ -173,7 +173,7 @@ REFUSED_LATER: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "deleted": ({"gate.tolerance": None}, "parameter gate.tolerance: got None, expected a number"),
     "a combination": (
-        {"aggregator.rate.small": 2e6},
+        {"aggregator.rate.small": 2e6, "aggregator.rate.large": 1e6},
         "parameter aggregator.rate.small: got 2000000.0, expected less than large",
     ),
     "one of several": (
@@ -196,13 +196,35 @@ def test_a_refused_set_says_why_and_changes_nothing(harness: Harness, name: str)
     assert stored == flatten(before)
 
 
-def test_break_points_move_together_where_one_by_one_they_cannot(harness: Harness) -> None:
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize("by", [1e6, 1e-6])
+def test_break_points_move_one_by_one_in_any_order(harness: Harness, by: float, order: int) -> None:
     node = harness.fusion_node()
-    moved = {"aggregator.rate.small": 1e6, "aggregator.rate.large": 2e6}
-    results = set_remotely(harness, moved)
-    assert [result.successful for result in results] == [False, True]
-    assert set_at_once(harness, moved).successful
-    assert node.parameters.aggregator.rate.small == 1e6
+    moved = {"aggregator.rate.small": by, "gate.tolerance": 0.5, "aggregator.rate.large": 2.0 * by}
+    results = set_remotely(harness, dict(list(moved.items())[::order]))
+    assert [result.successful for result in results] == [True, True, True]
+    rate = node.parameters.aggregator.rate
+    assert (rate.small, rate.large, node.parameters.gate.tolerance) == (by, 2.0 * by, 0.5)
+    assert node.held == {}
+
+
+def test_half_a_pair_is_held_said_and_leaves_others_alone(
+    harness: Harness, diagnostics: Diagnostics
+) -> None:
+    node = harness.fusion_node()
+    before = node.parameters.aggregator.rate
+    (result,) = set_remotely(harness, {"aggregator.rate.small": 1e6})
+    assert result.successful
+    assert result.reason.startswith("not in use yet: parameter aggregator.rate.small: got 1000000")
+    assert set_remotely(harness, {"gate.tolerance": 0.5})[0].successful
+    assert node.parameters.aggregator.rate == before
+    assert node.parameters.gate.tolerance == 0.5
+    text = "not in use until their partners are set as well: aggregator.rate.small = 1000000.0"
+    assert diagnostics.saying("fusion_node: fusion", text).level == WARN
+    (refused,) = set_remotely(harness, {"aggregator.rate.large": -1.0})
+    assert not refused.successful
+    assert set_remotely(harness, {"aggregator.rate.small": before.small})[0].successful
+    assert node.held == {}
 
 
 def test_parameters_of_ros_itself_are_left_alone(harness: Harness) -> None:
