@@ -16,9 +16,11 @@ from types import FunctionType, ModuleType
 import fuzzy_fusion_ros
 from fuzzy_fusion_ros import testing
 from fuzzy_fusion_ros.bag import BagMessage, BagReader
+from fuzzy_fusion_ros.jobs.fuse import FusedArrays
 from fuzzy_fusion_ros.jobs.progress import Progress
 from fuzzy_fusion_ros.jobs.tune import TuneResult
 from fuzzy_fusion_ros.offline.replay import Replayed
+from fuzzy_fusion_ros.online.verdict import Fused, Verdict
 from fuzzy_fusion_ros.scoring.score import Score
 
 PAGE = Path(__file__).with_name("api.md")
@@ -31,7 +33,7 @@ These names are public; everything else may change without notice. The first par
 `import fuzzy_fusion_ros` imports nothing else until a name is used. [examples/](../examples) has
 programs that use it; [fusion_node](fusion_node.md#parameters) lists the parameters.
 """
-TYPES = (Progress, BagReader, BagMessage, Replayed, Score, TuneResult)
+TYPES = (FusedArrays, Verdict, Fused, BagReader, BagMessage, Replayed, Score, TuneResult, Progress)
 SECTIONS = {"Args:", "Attributes:", "Raises:"}
 WIDTH = 80
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from fuzzy_fusion_ros.bag.reader import open_bag
     from fuzzy_fusion_ros.core.sample import Sample
+    from fuzzy_fusion_ros.jobs.fuse import fuse
     from fuzzy_fusion_ros.jobs.replay import replay
     from fuzzy_fusion_ros.jobs.score import score
     from fuzzy_fusion_ros.jobs.tune import tune
@@ -34,6 +35,7 @@ __all__ = [
     "Parameters",
     "Sample",
     "Topics",
+    "fuse",
     "open_bag",
     "parameters_from",
     "plot_score",
@@ -49,6 +51,7 @@ _HOMES = {
     "Parameters": "parameters.fusion",
     "Sample": "core.sample",
     "Topics": "offline.topics",
+    "fuse": "jobs.fuse",
     "open_bag": "bag.reader",
     "parameters_from": "parameters.file",
     "plot_score": "plots.traces",

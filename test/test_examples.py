@@ -23,6 +23,12 @@ def example(name: str, *arguments: str | Path) -> list[str]:
     return done.stdout.splitlines()
 
 
+def test_arrays_are_fused() -> None:
+    errors = {name: float(rms) for *_, name, rms in map(str.split, example("fuse_arrays.py"))}
+    assert list(errors) == ["S1", "held", "estimate"]
+    assert errors["estimate"] < 0.25 * min(errors["S1"], errors["held"])
+
+
 def test_a_bag_is_replayed_scored_and_plotted(tmp_path: Path) -> None:
     plot = tmp_path / "score.png"
     bag = ROOT / "bags" / "nominal"

@@ -25,6 +25,7 @@ SCORE = Score(
     truth=TIME_S,
     values={"estimate": TIME_S + 0.1, "s1": TIME_S + 1.0},
     behind={},
+    modes={"FUSED": 1.0},
     notes=(),
 )
 
