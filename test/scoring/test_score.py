@@ -252,8 +252,8 @@ def test_the_summary_says_what_matched(bag: Path) -> None:
     assert summary(score).splitlines() == [
         "bag",
         "500 of 500 estimates matched to the truth, 0.00 s to 4.99 s; estimate: from the",
-        "bag; baselines: as the recording suggests them, not fitted; modes: FUSED 100 % of",
-        "the time",
+        "bag; baselines: as the recording suggests them, not fitted; modes: FUSED 100 %",
+        "of the time",
     ]
     assert "which flatters them" in summary(score._replace(baselines=FITTED))
     assert "estimate: computed" in summary(score._replace(recomputed=True))
