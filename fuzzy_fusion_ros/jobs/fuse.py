@@ -50,6 +50,7 @@ def fuse(
     Samples are taken in the order of their times, S2 first where two are equal. Like a node, it
     drops what is not finite.
 
+    >>> from fuzzy_fusion_ros import fuse
     >>> found = fuse([0.0, 0.1, 0.2], [1.1, 0.9, 1.1], [0.0], [1.0])
     >>> found.time_s
     array([0. , 0.1, 0.2])

@@ -25,6 +25,7 @@ from fuzzy_fusion_ros.parameters.fusion import Parameters
 class Fusion:
     """Takes samples of S1 and S2 as they come and gives estimates.
 
+    >>> from fuzzy_fusion_ros import Fusion, Parameters, Sample
     >>> fusion = Fusion(Parameters())
     >>> verdict = fusion.on_s2(Sample(stamp_ns=1_000_000_000, value=0.5))
     >>> verdict = fusion.on_s1(Sample(stamp_ns=1_000_000_000, value=0.5))

@@ -21,7 +21,10 @@ def bag(tmp_path: Path) -> Path:
 def test_a_new_bag_is_made(bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([str(bag), "--output", str(tmp_path / "out")]) == 0
     out, said = capsys.readouterr()
-    assert out == f"{tmp_path / 'out'}: 1050 messages copied, 500 estimates written\n"
+    assert out.splitlines() == [
+        f"{tmp_path / 'out'}: 1050 messages copied, 500 estimates written",
+        "modes: FUSED 100 % of the time",
+    ]
     assert said == ""
     assert len(messages(tmp_path / "out", ["/estimate"])) == 500
 
