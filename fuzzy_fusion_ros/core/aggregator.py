@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from fuzzy_fusion_ros.core.membership import large
 from fuzzy_fusion_ros.core.numerics import bounded, clamped, seconds_between
+from fuzzy_fusion_ros.core.silence import S2_TIMEOUT, followed, timeout_for
 from fuzzy_fusion_ros.parameters.fusion import AggregatorParameters, BreakPoints
 
 
@@ -17,12 +18,14 @@ class SlowSensor(NamedTuple):
         stamp_ns: Stamp of the newest sample, nanoseconds.
         value: The newest sample, unit of the signal.
         rate: Filtered dS2/dt, unit of the signal per second.
+        interval: Time between samples, followed, seconds; 0 before the second.
     """
 
     samples: int
     stamp_ns: int
     value: float
     rate: float
+    interval: float = 0.0
 
 
 class FiringStrengths(NamedTuple):
@@ -52,11 +55,11 @@ class Aggregate(NamedTuple):
 
 def no_slow_sensor() -> SlowSensor:
     """Return the state before any S2 sample."""
-    return SlowSensor(samples=0, stamp_ns=0, value=0.0, rate=0.0)
+    return SlowSensor(samples=0, stamp_ns=0, value=0.0, rate=0.0, interval=0.0)
 
 
 def observe_slow(
-    time_constant: float, longest_gap: float, s2: SlowSensor, stamp_ns: int, value: float
+    time_constant: float, timeout: float, s2: SlowSensor, stamp_ns: int, value: float
 ) -> SlowSensor:
     """Take a new S2 sample and move the rate.
 
@@ -65,17 +68,20 @@ def observe_slow(
 
     Args:
         time_constant: ``T_r``, seconds, 0 or more.
-        longest_gap: Longest time between two samples that still show a rate, seconds.
+        timeout: Longest time between two samples that still show a rate, seconds; 0 is automatic.
         s2: The state so far.
         stamp_ns: Stamp of the sample, later than that of the last one.
         value: The sample, finite.
     """
     rate = 0.0
+    interval = 0.0
     dt = seconds_between(s2.stamp_ns, stamp_ns)
-    if s2.samples > 0 and dt <= longest_gap:
+    if s2.samples > 0:
+        interval = followed(s2.interval, dt)
+    if s2.samples > 0 and dt <= timeout_for(timeout, S2_TIMEOUT, s2.interval):
         rate = (time_constant * s2.rate + (value - s2.value)) / (time_constant + dt)
         rate = bounded(rate)
-    return SlowSensor(s2.samples + 1, stamp_ns, value, rate)
+    return SlowSensor(s2.samples + 1, stamp_ns, value, rate, interval)
 
 
 def firing_strengths(

@@ -14,6 +14,7 @@ from fuzzy_fusion_ros.core.aggregator import SlowSensor
 from fuzzy_fusion_ros.core.delay_line import DelayLine, delayed, empty_line, extended
 from fuzzy_fusion_ros.core.membership import large
 from fuzzy_fusion_ros.core.numerics import bounded, lag_gain, seconds_between
+from fuzzy_fusion_ros.core.silence import S1_TIMEOUT, followed, timeout_for
 from fuzzy_fusion_ros.parameters.fusion import (
     BreakPoints,
     FastSensorParameters,
@@ -79,6 +80,7 @@ class Conditioned(NamedTuple):
         line: The recent past of ``lagged``, for the model of S2's delay.
         bias: The bias learnt.
         value: ``smooth.value`` less the bias, unit of the signal.
+        interval: Time between samples, followed, seconds; 0 before the second.
     """
 
     samples: int
@@ -88,6 +90,7 @@ class Conditioned(NamedTuple):
     line: DelayLine
     bias: Bias
     value: float
+    interval: float
 
 
 def unconditioned() -> Conditioned:
@@ -100,6 +103,7 @@ def unconditioned() -> Conditioned:
         line=empty_line(),
         bias=NO_BIAS,
         value=0.0,
+        interval=0.0,
     )
 
 
@@ -134,7 +138,8 @@ def condition(
     lagged = s1
     line = kept.line
     bias = NO_BIAS
-    continues = kept.samples > 0 and dt <= s1_parameters.timeout
+    longest = timeout_for(s1_parameters.timeout, S1_TIMEOUT, kept.interval)
+    continues = kept.samples > 0 and dt <= longest
     if continues:
         smooth = low_pass(s1_parameters, kept.smooth, s1, dt)
         passed = smooth.value if smooth.is_spike else s1
@@ -159,6 +164,7 @@ def condition(
         line=line,
         bias=bias,
         value=smooth.value - bias_at(s1_parameters, bias, stamp_ns),
+        interval=followed(kept.interval, dt) if kept.samples > 0 else 0.0,
     )
 
 
@@ -173,7 +179,7 @@ def is_off(parameters: FastSensorParameters) -> bool:
 
 def passed_through(kept: Conditioned, stamp_ns: int, s1: float) -> Conditioned:
     """Return a sample of S1 as it is; conditioning starts anew when it is switched on."""
-    return Conditioned(0, stamp_ns, kept.smooth, kept.lagged, kept.line, NO_BIAS, s1)
+    return Conditioned(0, stamp_ns, kept.smooth, kept.lagged, kept.line, NO_BIAS, s1, 0.0)
 
 
 def begun(s1: float) -> Smooth:

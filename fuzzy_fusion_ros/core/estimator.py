@@ -20,6 +20,7 @@ from fuzzy_fusion_ros.core.conditioning import Conditioned, condition, unconditi
 from fuzzy_fusion_ros.core.gate import NO_PREDICTION, Prediction, accepts, combine
 from fuzzy_fusion_ros.core.numerics import seconds_between
 from fuzzy_fusion_ros.core.predictor import Predictor, learn, prediction_at, untrained
+from fuzzy_fusion_ros.core.silence import S2_TIMEOUT, timeout_for
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 WAITING, FUSED, S1_ONLY, S2_ONLY = 0, 1, 2, 3
@@ -147,12 +148,12 @@ def mode_at(timeout: float, s2: SlowSensor, started_ns: int, stamp_ns: int) -> i
     """Return what an S1 sample at ``stamp_ns`` gives: S2 is awaited, there, or lost.
 
     Args:
-        timeout: Of S2, seconds.
+        timeout: Of S2, seconds; 0 is automatic.
         s2: S2 as held.
         started_ns: Stamp of the first S1 sample, from which a first S2 sample is awaited.
         stamp_ns: Stamp of the S1 sample.
     """
     heard_ns = s2.stamp_ns if s2.samples > 0 else started_ns
-    if seconds_between(heard_ns, stamp_ns) > timeout:
+    if seconds_between(heard_ns, stamp_ns) > timeout_for(timeout, S2_TIMEOUT, s2.interval):
         return S1_ONLY
     return FUSED if s2.samples > 0 else WAITING

@@ -92,13 +92,15 @@ class FusionNode(ConfiguredNode[Parameters]):
     def _reports(self) -> list[Report]:
         parameters = self.parameters
         s1, s2 = self._s1, self._s2
-        stale = s1.age > parameters.s1.timeout and s2.age > parameters.s2.timeout
+        s1_timeout = s1.guard.timeout(parameters.s1.timeout)
+        s2_timeout = s2.guard.timeout(parameters.s2.timeout)
+        stale = s1.age > s1_timeout and s2.age > s2_timeout
         work = s1.subscription.work.drain() + s2.subscription.work.drain()
         held = [f"{name} = {value}" for name, value in self.held.items()]
         return [
             self._report.report(stale, self._output, self._fusion, work, self._time, held),
-            self._s1_report.report(parameters.s1.timeout),
-            self._s2_report.report(parameters.s2.timeout),
+            self._s1_report.report(s1_timeout),
+            self._s2_report.report(s2_timeout),
             *self._rules.reports(parameters),
         ]
 

@@ -57,4 +57,4 @@ class SensorSubscriber(ConfiguredNode[SubscriberParameters]):
             self._output.send(point.filled(sample.value, sample.stamp_ns), received.log_ns)
 
     def _reports(self) -> list[Report]:
-        return [self._report.report(self.parameters.input.timeout)]
+        return [self._report.report(self._guard.timeout(self.parameters.input.timeout))]

@@ -9,6 +9,7 @@ from collections import Counter, deque
 
 from fuzzy_fusion_ros.core.numerics import seconds_between
 from fuzzy_fusion_ros.core.sample import Sample
+from fuzzy_fusion_ros.core.silence import S1_TIMEOUT, followed, timeout_for
 from fuzzy_fusion_ros.parameters.errors import MessageError, StampError
 
 DELAYS = 32
@@ -52,7 +53,14 @@ class Guard:
         delays_ns: How long after their stamps the newest samples arrived, nanoseconds.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, shortest_timeout: float = S1_TIMEOUT) -> None:
+        """Guard a sensor.
+
+        Args:
+            shortest_timeout: The shortest automatic timeout of the sensor, seconds.
+        """
+        self._shortest_timeout = shortest_timeout
+        self._interval = 0.0
         self.admitted = 0
         self.dropped: Counter[Drop] = Counter()
         self.last_drop: Drop | None = None
@@ -66,6 +74,7 @@ class Guard:
         self.newest_ns = None
         self.first_ns = 0
         self.in_a_row = 0
+        self._interval = 0.0
 
     def fault(self, sample: Sample, now_ns: int, future_tolerance: float) -> Drop | None:
         """Return why a sample cannot be used whatever came before it, ``None`` if it can.
@@ -95,11 +104,21 @@ class Guard:
         """Admit a sample that is newer than the last."""
         if self.newest_ns is None:
             self.first_ns = stamp_ns
+        else:
+            self._interval = followed(self._interval, seconds_between(self.newest_ns, stamp_ns))
         self.newest_ns = stamp_ns
         if self.left_ns is not None and stamp_ns >= self.left_ns:
             self.left_ns = None
         self.in_a_row += 1
         self.admitted += 1
+
+    def timeout(self, configured: float) -> float:
+        """Return after how long without a sample the sensor counts as lost, seconds.
+
+        Args:
+            configured: The parameter; 0 is automatic.
+        """
+        return timeout_for(configured, self._shortest_timeout, self._interval)
 
     def drop(self, reason: Drop, samples: int = 1) -> None:
         """Count dropped samples; there may be none."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fuzzy_fusion_ros.core.numerics import seconds_between
 from fuzzy_fusion_ros.core.sample import Sample
+from fuzzy_fusion_ros.core.silence import S2_TIMEOUT
 from fuzzy_fusion_ros.online.clocks import clock_problem
 from fuzzy_fusion_ros.online.guard import Drop, Guard
 from fuzzy_fusion_ros.online.timeline import Admission, Timeline
@@ -22,7 +23,7 @@ class Intake:
     def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
         self.s1 = Guard()
-        self.s2 = Guard()
+        self.s2 = Guard(S2_TIMEOUT)
         self._timeline = Timeline(self.s1, self.s2)
         self._trigger = trigger_for(parameters)
 
@@ -60,7 +61,12 @@ class Intake:
     def clock_problem(self) -> str:
         """Say how far the sensors' clocks are apart, ``""`` while that does no harm."""
         parameters = self._parameters
-        return clock_problem(self.s1, self.s2, parameters.s1.timeout, parameters.s2.timeout)
+        return clock_problem(
+            self.s1,
+            self.s2,
+            self.s1.timeout(parameters.s1.timeout),
+            self.s2.timeout(parameters.s2.timeout),
+        )
 
     def restart(self) -> Verdict:
         """Start a new timeline: the clock of the stamps has jumped back."""
@@ -96,4 +102,4 @@ class Intake:
 
     def _s1_is_lost(self, stamp_ns: int) -> bool:
         heard_ns = self.s2.first_ns if self.s1.newest_ns is None else self.s1.newest_ns
-        return seconds_between(heard_ns, stamp_ns) > self._parameters.s1.timeout
+        return seconds_between(heard_ns, stamp_ns) > self.s1.timeout(self._parameters.s1.timeout)

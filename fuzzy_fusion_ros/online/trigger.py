@@ -12,6 +12,7 @@ from typing import NamedTuple, Protocol
 
 from fuzzy_fusion_ros.core.numerics import seconds_between
 from fuzzy_fusion_ros.core.sample import Sample
+from fuzzy_fusion_ros.core.silence import S1_TIMEOUT, S2_TIMEOUT, followed, timeout_for
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 PENDING = 256
@@ -106,8 +107,8 @@ class PairTrigger:
 
     def __init__(self, parameters: Parameters) -> None:
         self.parameters = parameters
-        self._s1 = _Waiting()
-        self._s2 = _Waiting()
+        self._s1 = _Waiting(S1_TIMEOUT)
+        self._s2 = _Waiting(S2_TIMEOUT)
         self._released_ns = -1
 
     def on_s1(self, sample: Sample) -> Step:
@@ -145,17 +146,24 @@ class PairTrigger:
 class _Waiting:
     """Samples of one sensor that wait for their partners, oldest first."""
 
-    def __init__(self) -> None:
+    def __init__(self, shortest_timeout: float) -> None:
         self._samples: OrderedDict[int, Sample] = OrderedDict()
+        self._shortest_timeout = shortest_timeout
+        self._interval = 0.0
         self._heard_ns: int | None = None
+        self._spoke = False
 
     def hear(self, sample: Sample) -> None:
-        self._heard_ns = sample.stamp_ns
+        if self._spoke and self._heard_ns is not None:
+            dt = seconds_between(self._heard_ns, sample.stamp_ns)
+            self._interval = followed(self._interval, dt)
+        self._heard_ns, self._spoke = sample.stamp_ns, True
 
     def lost_at(self, stamp_ns: int, timeout: float) -> bool:
         if self._heard_ns is None:  # awaited from the other sensor's first sample on
             self._heard_ns = stamp_ns
-        return seconds_between(self._heard_ns, stamp_ns) > timeout
+        longest = timeout_for(timeout, self._shortest_timeout, self._interval)
+        return seconds_between(self._heard_ns, stamp_ns) > longest
 
     def keep(self, sample: Sample, released_ns: int) -> int:
         """Keep a sample; return how many were given up on, be it this one for being late."""

@@ -97,10 +97,10 @@ class SensorParameters(Group):
     type: str = text("geometry_msgs/msg/PointStamped", "message type, as package/msg/Type")
     field: str = text("", "path of the scalar in the message; empty for the type's own")
     timeout: float = real(
-        1.0,
-        "without a sample for longer the sensor is lost and its history restarts",
+        0.0,
+        "without a sample for longer the sensor is lost and its history restarts; 0 is automatic: "
+        "five of its intervals, but at least 1 s for S1 and 5 s for S2",
         unit="s",
-        low=1e-3,
     )
 
 
@@ -154,7 +154,7 @@ class Parameters(Group):
     """All parameters of the fusion."""
 
     s1: FastSensorParameters = group(FastSensorParameters())
-    s2: SlowSensorParameters = group(SlowSensorParameters(timeout=5.0))
+    s2: SlowSensorParameters = group(SlowSensorParameters())
     estimate: EstimateParameters = group(EstimateParameters())
     trigger: str = text(
         "s1",

@@ -114,8 +114,10 @@ def tune(
             f"got {np.count_nonzero(counted)} samples of S1 within the span of the truth, expected "
             f"at least {FEWEST_S1}: check that their stamps overlap"
         )
-    patience = {"s1.timeout": max(before.s1.timeout, S1_PATIENCE * sensors.s1_interval)}
-    base = replace(before, allowed(Parameters, patience))
+    base = before
+    if before.s1.timeout > 0.0:  # else it is automatic
+        patience = {"s1.timeout": max(before.s1.timeout, S1_PATIENCE * sensors.s1_interval)}
+        base = replace(before, allowed(Parameters, patience))
     problem = Problem(series, target, counted, base)
     outputs(base, series)  # compiles it in this thread, so that the pool's threads do not wait
     baselines.warm_up(series)

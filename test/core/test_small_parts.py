@@ -66,7 +66,7 @@ def test_two_steps_of_a_lag_go_as_far_as_one(a: float, b: float, time_constant: 
 
 
 def test_a_sample_is_a_stamp_and_a_value() -> None:
-    stamp_ns, value = Sample(5, math.nan)
+    stamp_ns, value, _ = Sample(5, math.nan)
     assert stamp_ns == 5
     assert math.isnan(value)
 
