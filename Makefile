@@ -3,6 +3,8 @@ PYTHON ?= python3
 VENV ?= .venv
 # Options for the executable behind a target: make demo ARGS="--seed 7"
 ARGS ?=
+# Tests side by side.
+WORKERS ?= 2
 
 RUN := .ci/with_venv $(VENV)
 
@@ -47,8 +49,12 @@ soak: venv ## faults in full: spoilt bags, kills, cut links, floods, long runs (
 	@$(RUN) python test/soak.py $(ARGS)
 
 .PHONY: test
-test: check-format check-lint check-types check-tests check-package ## all checks; what CI runs
-	@echo 'make test: format, lint, types, tests, coverage and packaging have run and passed'
+test: check-format check-lint check-types check-tests ## every kind of check once, in parallel: before each commit
+	@echo 'make test: format, lint, types and tests have passed'
+
+.PHONY: test-slow
+test-slow: check-coverage check-package ## the rest: every case, coverage, packaging
+	@echo 'make test-slow: all tests, coverage and packaging have passed'
 
 .PHONY: check-format
 check-format: venv ## is all code formatted?
@@ -62,15 +68,20 @@ check-lint: venv ## does ruff find anything?
 check-types: venv ## does mypy, strict, find anything in the package and in what tests share?
 	$(RUN) python -m mypy --strict fuzzy_fusion_ros $(SHARED_BY_TESTS)
 
-# Packaging tests run copies of the package, which count for no coverage: they come last, alone.
 .PHONY: check-tests
-check-tests: venv ## run the tests; core/ must be covered wholly, the package to 90 %, by branches
+check-tests: venv ## run the tests that are not marked slow
+	$(RUN) python -m pytest -n $(WORKERS) -m 'not slow' --ignore=test/test_package.py
+
+# Branches cost the tests 2.7 times their CPU time, so `make test` does without.
+.PHONY: check-coverage
+check-coverage: venv ## run every test; core/ must be covered wholly, the package to 90 %, by branches
 	$(RUN) python -m coverage erase
-	$(RUN) python -m coverage run -m pytest --ignore=test/test_package.py
+	$(RUN) python -m coverage run -m pytest -n $(WORKERS) --ignore=test/test_package.py
 	$(RUN) python -m coverage combine --quiet
 	$(RUN) python -m coverage report --fail-under=90
 	$(RUN) python -m coverage report --fail-under=100 --include='fuzzy_fusion_ros/core/*'
 
+# These run copies of the package, which count for no coverage.
 .PHONY: check-package
 check-package: venv ## build with colcon and pip, find and run every executable as `ros2 run` would
 	$(RUN) python -m pytest test/test_package.py
