@@ -66,7 +66,7 @@ check-lint: venv ## does ruff find anything?
 
 .PHONY: check-types
 check-types: venv ## does mypy, strict, find anything in the package and in what tests share?
-	$(RUN) python -m mypy --strict fuzzy_fusion_ros $(SHARED_BY_TESTS)
+	$(RUN) python -m mypy --strict fuzzy_fusion_ros examples $(SHARED_BY_TESTS)
 
 .PHONY: check-tests
 check-tests: venv ## run the tests that are not marked slow

@@ -106,28 +106,31 @@ def car_table(on_half: Score) -> Iterable[str]:
     yield "| filter | RMS error, m/s² |"
     yield "|---|---|"
     for key, name in FILTERS.items():
-        yield f"| {name} | {rmse(on_half, key)} |"
+        yield f"| {name} | {rmse(on_half, key):.3f} |"
 
 
 def parts_table(on_half: Score) -> Iterable[str]:
     """Yield the rows of what each part of the fusion reaches on its own, tuned like the whole."""
-    yield "| | RMS error, m/s² |"
-    yield "|---|---|"
-    yield f"| the defaults, which are the pendulum's | {part(Parameters())} |"
-    for each in tune(ROOT / CAR, end=HALF).tuned.candidates:
-        yield f"| {each.text} | {part(each.parameters)} |"
-    yield f"| for comparison: {FILTERS['kalman_bias']} | {rmse(on_half, 'kalman_bias')} |"
+    tuned = tune(ROOT / CAR, end=HALF).tuned
+    kalman = "kalman_bias"
+    rows = [("the defaults, which are the pendulum's", tuned.before_error, part(Parameters()))]
+    rows += [(each.text, each.fitted, part(each.parameters)) for each in tuned.candidates]
+    rows += [(FILTERS[kalman], tuned.baseline_errors[kalman], rmse(on_half, kalman))]
+    yield "| RMS error, m/s² | first half, tuned on | second half |"
+    yield "|---|---|---|"
+    for text, fitted, unseen in rows:
+        yield f"| {text} | {fitted:.3f} | {unseen:.3f} |"
 
 
-def part(parameters: Parameters) -> str:
-    """Return what the fusion reaches with some parameters."""
+def part(parameters: Parameters) -> float:
+    """Return what the fusion reaches on the second half with some parameters."""
     on_half = score(ROOT / CAR, parameters=parameters, start=HALF, fit_baselines=False)
     return rmse(on_half, "estimate")
 
 
-def rmse(found: Score, estimator: str) -> str:
-    """Return an error as the tables show it."""
-    return f"{found.scores(estimator)['rmse']:.3f}"
+def rmse(found: Score, estimator: str) -> float:
+    """Return the root mean square error of an estimator."""
+    return found.scores(estimator)["rmse"]
 
 
 if __name__ == "__main__":
