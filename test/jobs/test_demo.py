@@ -82,6 +82,7 @@ def quick(
     monkeypatch.setattr(module, "score", score)
 
 
+@pytest.mark.slow
 def test_the_seed_decides(live: Path, tmp_path: Path) -> None:
     for name, seed in (("same", 1), ("other", 2)):
         (tmp_path / name).mkdir()
@@ -119,6 +120,7 @@ def test_what_is_not_a_bag_is_left_alone(tmp_path: Path) -> None:
     assert (tmp_path / "live" / "thesis.tex").exists()
 
 
+@pytest.mark.slow
 def test_a_node_that_fails_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(DemoError, match=r"pendulum_node has failed: pendulum_node: .*duration"):
         run_live(tmp_path, 0, -1.0)
@@ -127,6 +129,7 @@ def test_a_node_that_fails_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         run_live(tmp_path, 0, 0.1)
 
 
+@pytest.mark.slow
 def test_a_run_that_takes_too_long_is_ended(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
