@@ -1,0 +1,76 @@
+"""replay, score and tune as a program calls them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from bag.recorded import messages, swing, write_scalars
+from tuning.quick import be_quick
+
+from fuzzy_fusion_ros import (
+    FusionError,
+    Parameters,
+    Topics,
+    parameters_from,
+    replace,
+    replay,
+    score,
+    tune,
+)
+from fuzzy_fusion_ros.jobs.parameter_file import baseline_parameters
+from fuzzy_fusion_ros.scoring.score import DERIVED, GIVEN
+
+
+@pytest.fixture
+def bag(tmp_path: Path) -> Path:
+    """A bag with both sensors and a truth."""
+    return write_scalars(tmp_path / "bag", swing(20.0, estimate=False))
+
+
+def test_a_bag_is_replayed_with_parameters_of_any_kind(bag: Path, tmp_path: Path) -> None:
+    file = tmp_path / "params.yaml"
+    file.write_text("fusion_node:\n  ros__parameters:\n    aggregator.weight.very_large: 0.9\n")
+    changed = replace(Parameters(), {"aggregator.weight.very_large": 0.9})
+    estimates = {}
+    for name, parameters in {"file": file, "object": changed, "none": None}.items():
+        done = replay(bag, tmp_path / name, parameters=parameters, start=1.0, end=2.0)
+        assert (done.estimates, done.restarts, done.notes) == (100, 0, ())
+        estimates[name] = messages(tmp_path / name, ["/estimate"])
+    assert estimates["file"] == estimates["object"] != estimates["none"]
+
+
+def test_topics_are_those_given(bag: Path, tmp_path: Path) -> None:
+    topics = Topics(s2="/truth", estimate="/fused")
+    replay(bag, tmp_path / "new", topics=topics)
+    found = score(tmp_path / "new", topics=topics, unit="rad", fit_baselines=False)
+    assert not found.recomputed
+    assert found.unit == "rad"
+    assert found.scores("s2")["rmse"] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_fit_is_returned_and_written(
+    bag: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    be_quick(monkeypatch)
+    result = tune(bag, tmp_path / "new" / "tuned.yaml", end=15.0, unit="rad")
+    assert parameters_from(tmp_path / "new" / "tuned.yaml") == result.parameters
+    assert baseline_parameters(tmp_path / "new" / "tuned.yaml") == result.baselines
+    result.write(tmp_path / "again.yaml")
+    assert (tmp_path / "again.yaml").read_bytes() == (tmp_path / "new" / "tuned.yaml").read_bytes()
+    assert result.origin == "bag, --start 0 --end 15, --seed 0, fitted to its truth"
+    by_file = score(bag, parameters=tmp_path / "again.yaml", end=15.0)
+    by_object = score(bag, parameters=result.parameters, end=15.0, fit_baselines=False)
+    assert (by_file.baselines, by_object.baselines) == (GIVEN, DERIVED)
+    assert by_file.scores("estimate") == by_object.scores("estimate")
+    assert by_file.scores("estimate")["rmse"] == pytest.approx(result.tuned.error)
+
+
+def test_errors_are_one_family(bag: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(FusionError, match="does not exist"):
+        score(tmp_path / "none")
+    with pytest.raises(FusionError, match="cannot be written"):
+        tune(bag, tmp_path / "file" / "tuned.yaml")
+    with pytest.raises(FusionError, match="exists: name a new directory"):
+        replay(bag, bag)
