@@ -98,6 +98,18 @@ def test_a_spike_is_left_out(s1: list[float], passed: list[float]) -> None:
     assert values(conditioned(FastSensorParameters(spike_threshold=0.5), s1)) == passed
 
 
+def test_a_spike_does_not_enter_the_model_of_s2() -> None:
+    """So it does not matter there how high it is."""
+    parameters = FastSensorParameters(spike_threshold=0.5, bias_time_constant=1.0)
+    model = SlowSensorParameters(lag_time_constant=0.1)
+
+    def lagged(spike: float) -> list[float]:
+        said = conditioned(parameters, [1.0, 1.0, spike, 1.0], [0.0] * 4, model=model)
+        return [each.lagged for each in said]
+
+    assert lagged(9.0) == lagged(-90.0) == pytest.approx([1.0] * 4)
+
+
 def test_a_spike_does_not_stop_a_trend() -> None:
     ramp = [0.01 * k for k in range(500)]
     parameters = FastSensorParameters(
@@ -132,6 +144,18 @@ def test_a_gap_restarts_the_low_pass(gap_ns: int, value: float) -> None:
     parameters = FastSensorParameters(lowpass_time_constant=1.0, timeout=1.0)
     said = conditioned(parameters, [0.0, 1.0], step_ns=gap_ns)
     assert values(said) == pytest.approx([0.0, value])
+
+
+def test_a_gap_restarts_the_model_of_s2() -> None:
+    """What S1 was before the gap is not what a late S2 reads after it."""
+    parameters = FastSensorParameters(bias_time_constant=1.0, timeout=1.0)
+    model = SlowSensorParameters(delay=0.5)
+    kept = conditioned(parameters, [100.0] * 100, model=model)[-1]
+    stamp_ns = kept.stamp_ns + 2 * SECOND
+    first = SlowSensor(1, stamp_ns, 0.0, 0.0)
+    kept = condition(parameters, model, RAMP, kept, first, stamp_ns, 0.25)
+    assert kept.line.filled == 1
+    assert kept.bias.value == 0.25
 
 
 def test_a_gap_keeps_the_bias() -> None:
@@ -209,6 +233,15 @@ def test_after_a_gap_a_mean_begins_again() -> None:
     assert 0.5 < first.value < 1.0  # not all of the gap's time speaks for one error
     assert after.value == pytest.approx(1.0, abs=0.1)
     assert after.interval == pytest.approx(0.1)
+
+
+def test_in_a_gap_no_more_than_the_time_constant_fades() -> None:
+    """However long the bias was learnt before."""
+    parameters = FastSensorParameters(bias_time_constant=5.0)
+    before = taught(parameters, NO_BIAS, [0.1 * k for k in range(200)], [0.0] * 200)
+    assert before.learnt == pytest.approx(19.9)
+    after = taught(parameters, before, [29.9], [1.0])
+    assert after.learnt == pytest.approx(5.0 * math.exp(-9.9 / 5.0) + 0.1)
 
 
 def test_a_short_gap_is_none_and_fades_nothing() -> None:

@@ -131,6 +131,12 @@ def test_s2_is_held_until_its_timeout(since_s2_ns: int, mode: int) -> None:
     assert mode_at(5.0, s2, 0, SECOND + since_s2_ns) == mode
 
 
+def test_an_s2_that_is_overdue_when_s1_begins_is_lost_not_awaited() -> None:
+    state = observe_s2(PINNED, initial_state(PINNED), SECOND, 0.5)
+    said, _ = update(PINNED, state, 6 * SECOND + 1, 0.1)
+    assert said.mode == S1_ONLY
+
+
 @pytest.mark.parametrize(
     ("since_start_ns", "mode"),
     [(0, WAITING), (5 * SECOND, WAITING), (5 * SECOND + 1, S1_ONLY)],
@@ -178,6 +184,16 @@ def test_nothing_is_learnt_while_waiting() -> None:
         assert said.mode == WAITING
         assert after.predictor is state.predictor
         state = after
+
+
+def test_while_s2_is_lost_the_predictor_learns_from_s1_alone() -> None:
+    state = after_both(PREDICTING)
+    exists = []
+    for k in range(60):
+        said, state = update(PREDICTING, state, 7 * SECOND + k * STEP, 0.01 * k)
+        assert said.mode == S1_ONLY
+        exists.append(said.prediction.exists)
+    assert any(exists)
 
 
 def test_an_accepted_prediction_counts_half() -> None:

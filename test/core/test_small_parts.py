@@ -1,4 +1,4 @@
-"""Time, bounds, lags, samples and errors."""
+"""Time, bounds, lags and errors."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fuzzy_fusion_ros.core.numerics import LARGEST, bounded, lag_gain, seconds_between
-from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.parameters.errors import BagError, FusionError, MessageError, ParameterError
 
 
@@ -63,12 +62,6 @@ def test_the_gain_of_a_lag(dt: float, time_constant: float, gain: float) -> None
 def test_two_steps_of_a_lag_go_as_far_as_one(a: float, b: float, time_constant: float) -> None:
     left = (1.0 - lag_gain(a, time_constant)) * (1.0 - lag_gain(b, time_constant))
     assert 1.0 - lag_gain(a + b, time_constant) == pytest.approx(left, abs=1e-15)
-
-
-def test_a_sample_is_a_stamp_and_a_value() -> None:
-    stamp_ns, value, _ = Sample(5, math.nan)
-    assert stamp_ns == 5
-    assert math.isnan(value)
 
 
 @pytest.mark.parametrize("kind", [ParameterError, MessageError, BagError])

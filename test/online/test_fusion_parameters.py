@@ -52,8 +52,16 @@ def test_setting_what_is_there_changes_nothing() -> None:
     assert said == feed(Fusion(PREDICTING))[100:]
 
 
-@pytest.mark.parametrize("change", [{"predictor.samples": 10}, {"predictor.rules": 3}])
-def test_another_shape_of_the_predictor_starts_it_anew(change: dict[str, object]) -> None:
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"predictor.samples": 10},
+        {"predictor.rules": 3},
+        {"predictor.slope": 2.0},
+        {"predictor.lead": 2.0},
+    ],
+)
+def test_other_first_rules_restart_the_predictor(change: dict[str, object]) -> None:
     changed = replace(PREDICTING, change)
     said, _ = change_half_way(PREDICTING, changed)
     exists = [fused.estimate.prediction.exists for fused in said]
