@@ -137,6 +137,23 @@ def test_diagnostics_go_on_when_the_clock_steps_back(
         diagnostics.next("fusion_node: fusion")
 
 
+def test_silence_is_counted_from_when_the_clock_stepped_back(
+    harness: Harness, diagnostics: Diagnostics
+) -> None:
+    """Not from the last sample, whose time has yet to come again."""
+    node = harness.fusion_node({"use_sim_time": True})
+    clock = SimulatedClock(harness)
+    feed = harness.feed()
+
+    def age(at: float) -> float:
+        clock.set(node, at)
+        return float(diagnostics.next("fusion_node: s1").values["age (s)"])
+
+    clock.set(node, 100.0)
+    feed(100.0, s1=1.0, s2=1.0)
+    assert [age(at) for at in (101.0, 5.0, 7.0)] == [1.0, 0.0, 2.0]
+
+
 def test_ticks_go_on_when_the_clock_steps_back(harness: Harness) -> None:
     node = harness.fusion_node({"use_sim_time": True, "trigger": "timer", "rate": 50.0})
     clock = SimulatedClock(harness)
