@@ -11,6 +11,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
+import pytest
+
 from fuzzy_fusion_ros.parameters import errors
 
 PACKAGE = "fuzzy_fusion_ros"
@@ -18,6 +20,9 @@ ROOT = Path(__file__).resolve().parents[1]
 SOURCES = sorted((ROOT / PACKAGE).rglob("*.py"))
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+TITLES = ("Args", "Attributes", "Raises", "Returns", "Yields")
+"""Sections that a docstring may have."""
 
 
 class Documented(NamedTuple):
@@ -76,6 +81,26 @@ def section(docstring: str, title: str) -> list[str] | None:
         ):
             names += entry[1].split(", ")
     return names
+
+
+def misplaced(docstring: str) -> list[str]:
+    """Return the lines of a docstring that no section would be read from.
+
+    A title is one of ``TITLES`` and not indented; below it, entries are indented by 4 and what
+    goes on by 8.
+    """
+    wrong, inside_section = [], False
+    for line in docstring.splitlines():
+        indent = len(line) - len(line.lstrip())
+        if re.fullmatch(r" *[A-Z][a-z]+:", line):
+            inside_section = indent == 0 and line[:-1] in TITLES
+            if not inside_section:
+                wrong.append(line)
+        elif line and indent == 0:
+            inside_section = False
+        elif line and inside_section and indent not in (4, 8):
+            wrong.append(line)
+    return wrong
 
 
 def arguments(node: ast.ClassDef | Function) -> list[str]:
@@ -155,6 +180,25 @@ def test_a_section_is_read_as_written() -> None:
     lines = ast.get_docstring(ast.parse(f'def f():\n    """{docstring}"""').body[0]) or ""  # type: ignore[arg-type]
     assert section(lines, "Args") == ["x", "a", "b", "*rest", "kind"]
     assert section(lines, "Raises") is None
+
+
+@pytest.mark.parametrize(
+    ("docstring", "problems"),
+    [
+        ("Do.\n\nArgs:\n    x: A number,\n        in detail.\n\nReturns:\n    It.", []),
+        ("Do.\n\n    Attributes:\n        x: A number.", ["    Attributes:"]),
+        ("Do.\n\nArgs:\n  x: A number.", ["  x: A number."]),
+        ("Do.\n\nArgs:\n    x: A number,\n      in detail.", ["      in detail."]),
+        ("Do.\n\nArguments:\n    x: A number.", ["Arguments:"]),
+        ("Do.\n\nThese Args:\n\n    >>> 1\n    1", []),
+    ],
+)
+def test_what_is_out_of_place_is_found(docstring: str, problems: list[str]) -> None:
+    assert misplaced(docstring) == problems
+
+
+def test_sections_stand_where_they_are_read() -> None:
+    assert [(d.name, wrong) for d in documented() if (wrong := misplaced(d.docstring))] == []
 
 
 def test_everything_public_has_a_docstring() -> None:
