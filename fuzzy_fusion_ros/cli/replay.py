@@ -16,7 +16,6 @@ from pathlib import Path
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import BARS
 from fuzzy_fusion_ros.cli.status import DONE, UsageError, command, say
-from fuzzy_fusion_ros.online.mode_shares import in_words
 
 
 @command("replay")
@@ -31,6 +30,7 @@ def _replay(given: argparse.Namespace) -> int:
         raise UsageError("--rate and --loop require --live: offline, replay runs at full speed")
     output = Path(given.output or f"{Path(given.bag).resolve().stem}_replay")
     from fuzzy_fusion_ros.jobs.replay import replay  # after parsing: takes time to import
+    from fuzzy_fusion_ros.online.mode_shares import in_words
 
     replayed = replay(
         given.bag,

@@ -63,18 +63,18 @@ def describe(profile: QoSProfile) -> str:
 
 
 def log_unfit_publisher(node: Node, topic: str, own: QoSProfile, event: Any) -> None:
-    """Say that a publisher's profile does not fit our subscription, with both profiles."""
+    """Log that a publisher's profile is incompatible with our subscription, with both profiles."""
     node.get_logger().warning(
-        f"{topic}: {_policy(event)} of a publisher does not fit, nothing comes from it: we ask for "
-        f"({describe(own)}), offered are {_profiles(node.get_publishers_info_by_topic(topic))}"
+        f"{topic}: incompatible QoS ({_policy(event)}), no messages will be received: requested "
+        f"({describe(own)}), offered by {_profiles(node.get_publishers_info_by_topic(topic))}"
     )
 
 
 def log_unfit_subscription(node: Node, topic: str, own: QoSProfile, event: Any) -> None:
-    """Say that a subscription's profile does not fit our publisher, with both profiles."""
+    """Log that a subscription's profile is incompatible with our publisher, with both profiles."""
     node.get_logger().warning(
-        f"{topic}: {_policy(event)} of a subscription does not fit, nothing goes to it: we offer "
-        f"({describe(own)}), asked for are {_profiles(node.get_subscriptions_info_by_topic(topic))}"
+        f"{topic}: incompatible QoS ({_policy(event)}), no messages will be sent: offered "
+        f"({describe(own)}), requested by {_profiles(node.get_subscriptions_info_by_topic(topic))}"
     )
 
 
@@ -88,7 +88,7 @@ def _profiles(ends: Iterable[Any]) -> str:
         f"{each.node_namespace.rstrip('/')}/{each.node_name} ({describe(each.qos_profile)})"
         for each in ends
     ]
-    return "; ".join(profiles) or "none any more"
+    return "; ".join(profiles) or "none, it has left"
 
 
 def _words(policy: Any) -> str:

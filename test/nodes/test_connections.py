@@ -21,10 +21,10 @@ BEST_EFFORT = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 def test_a_mismatch_is_logged_with_both_profiles(harness: Harness, log: Log) -> None:
     harness.fusion_node()
     harness.publisher("/s1", qos=BEST_EFFORT)
-    line = log.wait_for("does not fit")
-    assert line.startswith("/s1: RELIABILITY of a publisher does not fit, nothing comes from it: ")
-    assert "we ask for (reliable, volatile)" in line
-    assert "offered are /harness (best effort, volatile)" in line
+    line = log.wait_for("/s1: incompatible QoS")
+    assert line.startswith("/s1: incompatible QoS (RELIABILITY), no messages will be received: ")
+    assert "requested (reliable, volatile)" in line
+    assert "offered by /harness (best effort, volatile)" in line
 
 
 def test_a_subscription_that_asks_for_too_much_is_logged_with_both_profiles(
@@ -33,9 +33,11 @@ def test_a_subscription_that_asks_for_too_much_is_logged_with_both_profiles(
     harness.fusion_node()
     kept = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     harness.record("/fusion_node/weight", qos=kept)
-    line = log.wait_for("/fusion_node/weight: DURABILITY of a subscription does not fit, nothing ")
-    assert "we offer (reliable, volatile)" in line
-    assert "asked for are /harness (reliable, transient local)" in line
+    line = log.wait_for(
+        "/fusion_node/weight: incompatible QoS (DURABILITY), no messages will be sent"
+    )
+    assert "offered (reliable, volatile)" in line
+    assert "requested by /harness (reliable, transient local)" in line
 
 
 def test_qos_overrides_mend_it(harness: Harness) -> None:

@@ -126,7 +126,8 @@ JOINTS = [["wheel", "pole"], ["pole", "wheel"], ["a longer name", "wheel", "pole
 
 def test_the_number_is_followed_through_messages_of_any_layout(harness: Harness) -> None:
     kind = "sensor_msgs/msg/JointState"
-    harness.fusion_node({"s2.type": kind, "s2.field": "name=pole:position", "trigger": "pair"})
+    fields = {"s2.type": kind, "s2.field": "name=pole:position"}
+    harness.fusion_node({**fields, "trigger": "pair", "s1.timeout": 1.0})
     s1, s2 = harness.publisher("/s1"), harness.publisher("/s2", kind)
     estimates = harness.record("/estimate", kind, ESTIMATE)
     harness.spin_until_matched(s1, s2)

@@ -171,7 +171,7 @@ def test_types_that_are_not_installed_are_left_out(harness: Harness, tmp_path: P
     settle(harness, found, 20)
     assert player.wait() == 0
     assert "/secret is left out: message type 'my_msgs/msg/Secret' is not" in player.stderr
-    assert player.stdout == "40 messages played\n"
+    assert player.stdout == "40 messages published\n"
 
 
 def test_best_effort_stays_best_effort(harness: Harness, tmp_path: Path) -> None:
@@ -200,5 +200,5 @@ def test_nothing_to_play_is_refused(harness: Harness, tmp_path: Path) -> None:
             writer.write(topic, "my_msgs/msg/X", at(0.0), b"\0\1\0\0")
     player = harness.start("replay", str(tmp_path / "bag"), "--live")
     assert player.wait() == 2
-    assert player.stderr.startswith("replay: nothing can be played: /s1 is left out")
+    assert "topic /s1: its messages are 'cdr', but their type my_msgs/msg/X is" in player.stderr
     assert player.stderr.count("\n") == 1
