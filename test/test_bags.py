@@ -107,6 +107,7 @@ def test_it_is_whole_and_small(name: str) -> None:
     assert size < (3_000_000 if name == "car_accel" else 800_000)
 
 
+@pytest.mark.slow
 def test_score_takes_them_with_its_defaults(tmp_path: Path) -> None:
     path = tmp_path / "score.json"
     assert score.main([str(BAGS / "car_accel"), "--json", str(path)]) == 0

@@ -12,6 +12,7 @@ from bench.table import Row, at_least, at_most, markdown
 
 # scikit-fuzzy's own.
 @pytest.mark.filterwarnings("ignore:Passing more than 2 positional:DeprecationWarning")
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "rows",
     [

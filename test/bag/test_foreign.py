@@ -158,6 +158,7 @@ def test_a_type_that_is_not_installed_either_is_refused(undescribed: Path) -> No
     )
 
 
+@pytest.mark.slow
 def test_every_installed_idl_file_is_read_as_rosbag2_stores_it() -> None:
     """With its #include lines; the fields are those of rclpy."""
     checked = 0
