@@ -173,7 +173,7 @@ def dds(scale: float, folder: Path) -> Rows:
         f"{ran.seconds:.0f} s at {ran.rate:.0f} Hz over DDS with faults: {ran.estimates} "
         f"estimates equal to the core's bit for bit; memory of the node +{ran.growth:.1f} MiB "
         f"(second half +{ran.late_growth:.1f}), descriptors +{ran.more_descriptors}; median "
-        f"latency {ran.first_latency:.2f} ms at the begin, {ran.last_latency:.2f} ms at the end"
+        f"latency {ran.first_latency:.2f} ms at the start, {ran.last_latency:.2f} ms at the end"
     )
 
 

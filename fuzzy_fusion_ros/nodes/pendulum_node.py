@@ -25,6 +25,9 @@ FREE_RUN = 1e-4
 WATCH = 0.02
 """Seconds between looks at the peers."""
 
+STALL_NS = 100_000_000
+"""Stamps of a paced run that fall this far behind the clock skip to it, nanoseconds."""
+
 
 class PeerError(FusionError):
     """The other end of the loop is missing or silent."""
@@ -34,7 +37,7 @@ class PendulumNode(ConfiguredNode[PendulumParameters]):
     """Publishes ``s1``, ``s2`` and the truth, and controls on ``estimate``.
 
     In lockstep each sample waits for the estimate with its stamp. Paced, samples follow the
-    clock and the newest estimate holds.
+    clock and the newest estimate holds; while the machine is too busy, the plant stands still.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -48,6 +51,7 @@ class PendulumNode(ConfiguredNode[PendulumParameters]):
     def set_up(self) -> None:
         """Create topics, and begin to watch for peers."""
         self._lockstep = self.parameters.real_time_factor == 0.0
+        self._follows_clock = not self._lockstep and not self.parameters.publish_clock
         self._needs_estimate = self.parameters.feedback == "estimate"
         self._run = SteppedRun(self.parameters)
         self._estimate: float | None = None
@@ -81,7 +85,7 @@ class PendulumNode(ConfiguredNode[PendulumParameters]):
 
     def _start(self) -> None:
         self._heard = time.monotonic()
-        if not self._lockstep and not self.parameters.publish_clock:
+        if self._follows_clock:
             self._run.start_at(self.get_clock().now().nanoseconds)
         self._sense()
         if not (self._lockstep and self._needs_estimate):
@@ -105,7 +109,14 @@ class PendulumNode(ConfiguredNode[PendulumParameters]):
         feedback = self._run.feedback(self.parameters.feedback, self._estimate)
         if self._run.reading is not None and feedback is not None:
             self._act(feedback)
+            self._keep_up()
             self._sense()
+
+    def _keep_up(self) -> None:
+        """Let no missed timer ticks add up, as the stamps would age by each of them for ever."""
+        behind_ns = self.get_clock().now().nanoseconds - self._run.stamp_ns
+        if self._follows_clock and self.parameters.real_time_factor == 1.0 and behind_ns > STALL_NS:
+            self._run.skip(behind_ns)
 
     def _act(self, feedback: float) -> None:
         stamp_ns = self._run.stamp_ns

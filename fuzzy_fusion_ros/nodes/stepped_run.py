@@ -49,6 +49,10 @@ class SteppedRun:
         """Give the first sample another stamp."""
         self._offset_ns = stamp_ns - START_NS
 
+    def skip(self, time_ns: int) -> None:
+        """Stamp the samples from the next one on later by so much, nanoseconds."""
+        self._offset_ns += time_ns
+
     def sense(self) -> Reading | None:
         """Take the next sample; ``None`` when the run is over."""
         k = self._loop.k

@@ -1,4 +1,4 @@
-"""The fusion of two streams, for node and replay alike: the intake decides, the estimator answers.
+"""The fusion of two streams, for both node and replay: the intake decides, the estimator answers.
 
 What happens depends on the samples alone, in the order in which they come, so the same samples
 always give the same estimates.
@@ -143,6 +143,6 @@ class Fusion:
 
 
 def first_rules(parameters: Parameters) -> tuple[int, int, float, float]:
-    """Return what the predictor's first rules are made from: others start it anew."""
+    """Return what the predictor's first rules are built from; if these change, it restarts."""
     predictor = parameters.predictor
     return predictor.samples, predictor.rules, predictor.slope, predictor.lead

@@ -17,17 +17,24 @@ class ModeShares:
     def __init__(self) -> None:
         self._seconds = dict.fromkeys(MODE_NAMES, 0.0)
         self._stamp_ns: int | None = None
+        self._mode: int | None = None
 
     def see(self, mode: int, stamp_ns: int) -> None:
         """Take the next estimate."""
         before_ns, self._stamp_ns = self._stamp_ns, stamp_ns
+        self._mode = mode
         if before_ns is None:
             return
         self._seconds[mode] += min(max(seconds_between(before_ns, stamp_ns), 0.0), LONGEST)
 
     def shares(self) -> dict[str, float]:
-        """Return the share of each mode, 0 to 1, by name; modes that never were are left out."""
+        """Return the share of each mode, 0 to 1, by name; modes that never were are left out.
+
+        A single estimate spans no time: its mode has all of it.
+        """
         total = sum(self._seconds.values())
+        if not total:
+            return {} if self._mode is None else {MODE_NAMES[self._mode]: 1.0}
         return {
             MODE_NAMES[mode]: seconds / total
             for mode, seconds in self._seconds.items()

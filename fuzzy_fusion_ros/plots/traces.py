@@ -19,7 +19,7 @@ SHOWN = ("s1", "s2", "estimate")
 """What is drawn beside the truth; more lines would hide one another."""
 
 COLUMNS = 1500
-"""At most this many points along the time axis, each drawn as the range that it stands for."""
+"""At most this many points along the time axis, each drawn as the range that it covers."""
 
 STRETCHES = 150
 """Of how many stretches of time the RMS error is drawn."""

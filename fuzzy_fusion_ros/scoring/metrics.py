@@ -1,6 +1,6 @@
 """What an estimate is scored by: each a function with a name and a unit.
 
-All take errors (estimate less truth) and their times. Statistics whose name tells no more are
+All take errors (estimate minus truth) and their times. Statistics with an unqualified name are
 over the magnitude of the error, as users of evo know them; ``bias`` and ``std`` keep the sign.
 """
 
@@ -22,7 +22,7 @@ from fuzzy_fusion_ros.batch.arrays import (
 from fuzzy_fusion_ros.parameters.errors import FusionError
 
 LAGS = 200
-"""So many shifts each way are tried for the lag."""
+"""Number of shifts tried each way when looking for the lag."""
 
 _MOST_POINTS = 200_000
 
@@ -46,12 +46,12 @@ class Matched(NamedTuple):
 
     @property
     def error(self) -> Reals:
-        """Estimate less truth, shape (n,)."""
+        """Estimate minus truth, shape (n,)."""
         return self.estimate - self.truth
 
 
 class Metric(NamedTuple):
-    """A number that tells how good an estimate is; for all but ``bias`` and ``lag`` less is better.
+    """A measure of how good an estimate is; lower is better, except for ``bias`` and ``lag``.
 
     Attributes:
         name: Short, as in tables and JSON.
@@ -72,7 +72,7 @@ class Metric(NamedTuple):
 
 
 def _checked(function: Callable[[Matched], float]) -> Callable[[Matched], float]:
-    """Refuse what no number can be told of."""
+    """Reject input for which a metric is undefined."""
 
     @functools.wraps(function)
     def check(matched: Matched) -> float:

@@ -1,4 +1,4 @@
-"""Replays a bag and tells its peak memory: python -m bench.replay_once BAG OUTPUT."""
+"""Replays a bag and prints its peak memory: python -m bench.replay_once BAG OUTPUT."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ class Executable(NamedTuple):
     Attributes:
         name: The executable.
         inputs: The topics that it is fed on.
-        output: The topic that tells that it is at work.
+        output: The topic that shows that it is at work.
         settings: Its parameters.
         records: Whether it records.
     """

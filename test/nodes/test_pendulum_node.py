@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from bag.making import decoded
+from builtin_interfaces.msg import Time
 from nodes.watching import Log
 from rclpy.qos import QoSProfile
 
@@ -130,6 +131,28 @@ def test_paced_runs_follow_a_clock(harness: Harness, clock: bool) -> None:
     else:
         assert before_ns <= stamps[0] <= after_ns
         assert clocks == []
+
+
+def test_stamps_of_a_paced_run_do_not_fall_behind_the_clock(harness: Harness) -> None:
+    """A stalled machine misses ticks of the timer; the stamps must not age by them for ever."""
+    clock = harness.publisher("/clock", "rosgraph_msgs/msg/Clock")
+    s1 = harness.record("/s1")
+    parameters = {"duration": 1e3, "real_time_factor": 1.0, "feedback": "truth"}
+    pendulum = harness.add(PendulumNode, {**parameters, "use_sim_time": True})
+
+    def show(seconds: int) -> None:
+        clock.publish(clock.msg_type(clock=Time(sec=seconds)))
+        now = pendulum.get_clock().now
+        harness.spin_until(lambda: now().nanoseconds == seconds * 10**9, "the clock")
+        seen = len(s1)
+        harness.spin_until(lambda: len(s1) > seen + 2, "S1")
+
+    show(100)
+    show(105)
+    stamps = [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in s1]
+    assert stamps[-1] >= 105 * 10**9
+    assert {b - a for a, b in pairwise(stamps) if b - a < 10**9} == {10_000_000}
+    assert sum(b - a > 10**9 for a, b in pairwise(stamps)) <= 2  # from 0 to 100, to 105
 
 
 def test_a_paced_run_balances_on_the_newest_estimate(harness: Harness, log: Log) -> None:

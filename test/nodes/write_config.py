@@ -1,4 +1,4 @@
-"""Writes config/fusion_node.yaml anew, after a change of the defaults."""
+"""Rewrites config/fusion_node.yaml after a change of the defaults."""
 
 from __future__ import annotations
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -12,6 +14,7 @@ from fuzzy_fusion_ros.online.timeline import (
     EVIDENCE,
     HELD,
     LATE_EVIDENCE,
+    MOST_EVIDENCE,
     Admission,
     Timeline,
 )
@@ -138,16 +141,16 @@ def test_two_publishers_with_clocks_apart_do_not_restart_for_ever(true: int, old
     """However their samples interleave: once one timeline holds, it goes on holding."""
     fed = Fed()
     now = [START, START - HOUR]
-    for _ in range(500):
+    for _ in range(2000):
         for which, samples in ((0, true), (1, old)):
             for _ in range(samples):
                 now[which] += STEP
                 fed(now[which])
-    assert fed.restarts <= 10
+    assert fed.restarts <= 1 + math.log2(MOST_EVIDENCE / EVIDENCE)
     last = fed.admitted[-1000:]
     assert last == sorted(last)
     total = fed.s1.admitted + sum(fed.s1.dropped.values())
-    assert 500 * (true + old) - total < 64  # those are held
+    assert 2000 * (true + old) - total < 64  # those are held
 
 
 def test_a_false_start_is_left_again_and_nothing_of_the_true_time_is_lost(fed: Fed) -> None:

@@ -94,8 +94,8 @@ def test_several_bags_get_files_of_their_own(score: Score) -> None:
     assert plot_paths("out/p.png", [score]) == [Path("out/p.png")]
     others = [score._replace(name="bags/one"), score._replace(name="two.mcap")]
     assert plot_paths("out/p.png", others) == [Path("out/p_one.png"), Path("out/p_two.png")]
-    alike = [score._replace(name="one/bag"), score._replace(name="two/bag")]
-    assert plot_paths("out/p.png", alike) == [Path("out/p_1_bag.png"), Path("out/p_2_bag.png")]
+    same_name = [score._replace(name="one/bag"), score._replace(name="two/bag")]
+    assert plot_paths("out/p.png", same_name) == [Path("out/p_1_bag.png"), Path("out/p_2_bag.png")]
 
 
 def test_what_is_constant_but_for_rounding_is_not_drawn(score: Score, tmp_path: Path) -> None:
