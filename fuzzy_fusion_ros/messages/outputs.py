@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Iterator
 
 from fuzzy_fusion_ros.core.aggregator import FiringStrengths
@@ -16,12 +15,16 @@ from fuzzy_fusion_ros.online.verdict import Fused
 from fuzzy_fusion_ros.parameters.fusion import EstimateParameters
 
 POINT = "geometry_msgs/msg/PointStamped"
-ARRAY = "std_msgs/msg/Float64MultiArray"
+JOINTS = "sensor_msgs/msg/JointState"
+"""The one stock type with a stamp, names and numbers; plotting tools show them by their names."""
+
+RULES = tuple(f"difference_{d}_rate_{r}" for d in ("small", "large") for r in ("small", "large"))
+"""Table 1's rules in its order, as they are named beside their firing strengths."""
 
 STRENGTHS = "firing_strengths"
 EXPLANATION = {
     **dict.fromkeys(("weight", "drift", "aggregate", "prediction", "innovation"), POINT),
-    STRENGTHS: ARRAY,
+    STRENGTHS: JOINTS,
 }
 """The topics below the node's own name, and their types."""
 
@@ -45,7 +48,7 @@ def explain(point: Template, fused: Fused) -> Iterator[tuple[str, bytes]]:
     """
     for name, value in scalars(fused.estimate).items():
         yield name, point.filled(value, fused.stamp_ns)
-    yield STRENGTHS, strengths_message(fused.estimate.aggregate.strengths)
+    yield STRENGTHS, strengths_message(fused.estimate.aggregate.strengths, fused.stamp_ns)
 
 
 def scalars(estimate: Estimate) -> dict[str, float]:
@@ -58,19 +61,20 @@ def scalars(estimate: Estimate) -> dict[str, float]:
     return known
 
 
-def strengths_message(strengths: FiringStrengths) -> bytes:
-    """Return the firing strengths in Table 1's order: by difference, then by rate."""
-    return _STRENGTHS_BEFORE_DATA + struct.pack("<4d", *strengths)
+def strengths_message(strengths: FiringStrengths, stamp_ns: int) -> bytes:
+    """Return the firing strengths by the names in ``RULES``, as positions of a JointState.
 
-
-def _strengths_before_data() -> bytes:
-    writer = CdrWriter().count(2)
-    for label, stride in (("difference: small, large", 4), ("rate: small, large", 2)):
-        writer.text(label).number("uint32", 2).number("uint32", stride)
-    return writer.number("uint32", 0).count(len(FiringStrengths._fields)).aligned("float64").done()
-
-
-_STRENGTHS_BEFORE_DATA = _strengths_before_data()
+    Args:
+        strengths: The strengths.
+        stamp_ns: Stamp of the estimate, nanoseconds.
+    """
+    message = CdrWriter().stamp(stamp_ns).text("").count(len(RULES))
+    for name in RULES:
+        message.text(name)
+    message.count(len(strengths))
+    for strength in strengths:
+        message.number("float64", strength)
+    return message.count(0).count(0).done()  # neither velocities nor efforts
 
 
 class EstimateMessages:

@@ -19,6 +19,7 @@ from fuzzy_fusion_ros.messages import (
 )
 from fuzzy_fusion_ros.messages.outputs import (
     EXPLANATION,
+    JOINTS,
     POINT,
     EstimateMessages,
     explain,
@@ -76,14 +77,18 @@ def test_without_a_prediction_its_topics_are_silent() -> None:
     assert list(explained(fused())) == ["weight", "drift", "aggregate", "firing_strengths"]
 
 
-def test_firing_strengths_are_labelled(world: World) -> None:
-    data = strengths_message(FiringStrengths(0.1, 0.2, 0.3, 0.4))
+def test_firing_strengths_are_stamped_and_named(world: World) -> None:
+    data = strengths_message(FiringStrengths(0.1, 0.2, 0.3, 0.4), STAMP_NS)
     message = read(data, EXPLANATION["firing_strengths"])
-    assert list(message.data) == [0.1, 0.2, 0.3, 0.4]
-    assert [(dim.label, dim.size, dim.stride) for dim in message.layout.dim] == [
-        ("difference: small, large", 2, 4),
-        ("rate: small, large", 2, 2),
-    ]
+    assert (message.header.stamp.sec, message.header.stamp.nanosec) == (12, 345_678_901)
+    assert dict(zip(message.name, message.position, strict=True)) == {
+        "difference_small_rate_small": 0.1,
+        "difference_small_rate_large": 0.2,
+        "difference_large_rate_small": 0.3,
+        "difference_large_rate_large": 0.4,
+    }
+    by_name = ScalarCodec(world.types, JOINTS, "name=difference_large_rate_small:position")
+    assert by_name.sample(data, 0)[:2] == (STAMP_NS, 0.3)
 
 
 def test_a_point_has_a_frame() -> None:

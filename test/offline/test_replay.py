@@ -71,7 +71,8 @@ def test_the_new_bag_holds_the_old_messages_and_the_new_estimates(tmp_path: Path
     assert scalars(tmp_path / "out", "/fusion_node/aggregate") == trace.aggregate.tolist()
     with open_bag(tmp_path / "out") as bag:
         strengths = [
-            decoded(each).data.tolist() for each in bag.messages(["/fusion_node/firing_strengths"])
+            decoded(each).position.tolist()
+            for each in bag.messages(["/fusion_node/firing_strengths"])
         ]
         assert sorted(bag.topics) == sorted([*kept, "/estimate", *EXPLAINED])
         assert bag.problems == []
