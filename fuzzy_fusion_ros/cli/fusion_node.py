@@ -9,15 +9,15 @@ from fuzzy_fusion_ros.ros.process import Stop
 
 TOPICS = """\
 subscribes:
-  s1, s2                  the sensors, of any message type (s1.type, s1.field, ...)
+  s1, s2            the sensors, of any message type (s1.type, s1.field, ...)
 publishes:
-  estimate                the latest S2 message, with its number and stamp replaced
+  estimate          the latest S2 message, with its number and stamp replaced
   ~/weight ~/drift ~/aggregate ~/prediction ~/innovation ~/firing_strengths
-                          how the estimate came about; published while subscribed
-  /diagnostics            mode, rates, dropped samples by reason, anything suspicious
+                    how the estimate came about; published while subscribed
+  /diagnostics      mode, rates, dropped samples by reason, anything suspicious
 services:
-  ~/reset                 clear the state
-  ~/enable                stop or resume publishing the estimate"""
+  ~/reset           clear the state
+  ~/enable          stop or resume publishing the estimate"""
 
 
 @command("fusion_node")

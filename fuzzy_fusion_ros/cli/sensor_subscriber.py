@@ -9,10 +9,10 @@ from fuzzy_fusion_ros.ros.process import Stop
 
 TOPICS = """\
 subscribes:
-  input                   the sensor, of any message type (input.type, input.field)
+  input             the sensor, of any message type (input.type, input.field)
 publishes:
-  output                  the number as geometry_msgs/msg/PointStamped, in point.x
-  /diagnostics            rate, age, dropped samples by reason"""
+  output            the number as geometry_msgs/msg/PointStamped, in point.x
+  /diagnostics      rate, age, dropped samples by reason"""
 
 
 @command("sensor_subscriber")

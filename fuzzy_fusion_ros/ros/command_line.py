@@ -62,7 +62,7 @@ def _parser(
     parser = _Parser(
         name,
         usage=USAGE,
-        description=about,
+        description=textwrap.fill(about or "", 79),
         epilog=f"{topics}\n\nparameters:\n{table(parameters)}".replace("%", "%%"),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -110,4 +110,4 @@ def _entry(name: str, descriptor: Descriptor, default: Value) -> str:
     start = "; at start-up only" if descriptor.fixed else ""
     text = f"{descriptor.text}; {descriptor.range}{start}"
     head = f"  {name} {{{shown}{unit}}}"
-    return head + "\n" + textwrap.fill(text, 92, initial_indent=" " * 6, subsequent_indent=" " * 6)
+    return head + "\n" + textwrap.fill(text, 79, initial_indent=" " * 6, subsequent_indent=" " * 6)

@@ -38,6 +38,5 @@ finally:
     )
     assert done.returncode == 0
     assert done.stdout.startswith(f"usage: {command}")
-    if not command.endswith(("_node", "_subscriber")):
-        assert max(map(len, done.stdout.splitlines())) <= 80
+    assert max(map(len, done.stdout.splitlines())) <= 80
     assert HEAVY & set(done.stderr.split()) == set()
