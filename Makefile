@@ -3,13 +3,17 @@ PYTHON ?= python3
 VENV ?= .venv
 # Options for the executable behind a target: make demo ARGS="--seed 7"
 ARGS ?=
-# Tests side by side.
-WORKERS ?= 2
+# Tests at a time. One more than there are processors, as tests of nodes mostly wait.
+WORKERS ?= $(shell n=$$(nproc); echo $$((n < 8 ? n + 1 : 8)))
 
 RUN := .ci/with_venv $(VENV)
+PYTEST := pytest -n $(WORKERS) --dist loadgroup
 
 # What is below test/ and no test itself: conftest, references, makers.
 SHARED_BY_TESTS = $(shell find test -name '*.py' -not -name 'test_*')
+
+# Tests whose work is done elsewhere: in other processes, copies or benchmarks.
+UNTRACED = faults test_bench_smoke.py test_examples.py test_package.py nodes/test_interface_package.py
 
 .DEFAULT_GOAL := help
 # The parts of `test` have an order, and two of them at a time would disturb each other's timing.
@@ -53,8 +57,8 @@ test: check-format check-lint check-types check-tests ## every kind of check onc
 	@echo 'make test: format, lint, types and tests have passed'
 
 .PHONY: test-slow
-test-slow: check-coverage check-package ## the rest: every case, coverage, packaging
-	@echo 'make test-slow: all tests, coverage and packaging have passed'
+test-slow: check-slow check-coverage ## the rest: more cases, what takes long, and coverage
+	@echo 'make test-slow: slow tests and coverage have passed'
 
 .PHONY: check-format
 check-format: venv ## is all code formatted?
@@ -70,21 +74,20 @@ check-types: venv ## does mypy, strict, find anything in the package and in what
 
 .PHONY: check-tests
 check-tests: venv ## run the tests that are not marked slow
-	$(RUN) python -m pytest -n $(WORKERS) -m 'not slow' --ignore=test/test_package.py
+	$(RUN) python -m $(PYTEST) -m 'not slow'
 
-# Branches cost the tests 2.7 times their CPU time, so `make test` does without.
+.PHONY: check-slow
+check-slow: venv ## run the tests that are marked slow
+	$(RUN) python -m $(PYTEST) -m slow
+
+# Tracing makes tests 2.7 times slower: these are enough to reach all that can be reached.
 .PHONY: check-coverage
-check-coverage: venv ## run every test; core/ must be covered wholly, the package to 90 %, by branches
+check-coverage: venv ## is core/ covered wholly, and the package to 90 %, by branches?
 	$(RUN) python -m coverage erase
-	$(RUN) python -m coverage run -m pytest -n $(WORKERS) --ignore=test/test_package.py
+	$(RUN) python -m coverage run -m $(PYTEST) -m 'not slow' $(UNTRACED:%=--ignore=test/%)
 	$(RUN) python -m coverage combine --quiet
 	$(RUN) python -m coverage report --fail-under=90
 	$(RUN) python -m coverage report --fail-under=100 --include='fuzzy_fusion_ros/core/*'
-
-# These run copies of the package, which count for no coverage.
-.PHONY: check-package
-check-package: venv ## build with colcon and pip, find and run every executable as `ros2 run` would
-	$(RUN) python -m pytest test/test_package.py
 
 .PHONY: format
 format: venv ## format the code, and mend what ruff can

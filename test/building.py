@@ -29,7 +29,6 @@ def run(
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
-        timeout=240,
         check=False,
     )
     assert done.returncode == 0, f"{command} exited {done.returncode}\n{done.stdout}{done.stderr}"

@@ -27,6 +27,18 @@ settings.load_profile("reproducible")
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Refuse a test that is slow for no reason.
+
+    Raises:
+        UsageError: There is one.
+    """
+    for item in items:
+        for mark in item.iter_markers("slow"):
+            if not (len(mark.args) == 1 and isinstance(mark.args[0], str)):
+                raise pytest.UsageError(f"{item.nodeid}: say why, as in slow('five more builds')")
+
+
 # Imports of rclpy are in the fixtures, so that tests of the method start without it.
 @pytest.fixture
 def harness() -> Iterator[Harness]:

@@ -37,7 +37,13 @@ def samples(path: Path, topic: str) -> np.ndarray:
         return np.array([(each.log_ns, decoded(each).point.x) for each in bag.messages([topic])])
 
 
-@pytest.mark.parametrize("name", SIMULATED)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(each, marks=() if each == "nominal" else pytest.mark.slow("as the first"))
+        for each in SIMULATED
+    ],
+)
 def test_a_simulated_bag_is_what_the_script_makes(
     script: ModuleType, tmp_path: Path, name: str
 ) -> None:
@@ -107,7 +113,7 @@ def test_it_is_whole_and_small(name: str) -> None:
     assert size < (3_000_000 if name == "car_accel" else 800_000)
 
 
-@pytest.mark.slow
+@pytest.mark.slow("fits every baseline to two recordings")
 def test_score_takes_them_with_its_defaults(tmp_path: Path) -> None:
     path = tmp_path / "score.json"
     assert score.main([str(BAGS / "car_accel"), "--json", str(path)]) == 0

@@ -10,9 +10,9 @@ from bench.effort import TINY, Effort
 from bench.table import Row, at_least, at_most, markdown
 
 
+@pytest.mark.slow("each benchmark in its shortest form")
 # scikit-fuzzy's own.
 @pytest.mark.filterwarnings("ignore:Passing more than 2 positional:DeprecationWarning")
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "rows",
     [

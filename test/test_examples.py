@@ -16,7 +16,6 @@ def example(name: str, *arguments: str | Path) -> list[str]:
         cwd=ROOT,
         capture_output=True,
         text=True,
-        timeout=240,
         check=False,
     )
     assert (done.returncode, done.stderr) == (0, "")

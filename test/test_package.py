@@ -21,6 +21,8 @@ from building import colcon, inherited_environment, run, sourced, spaces
 from catkin_pkg.changelog import get_changelog_from_path
 from catkin_pkg.package import Package, parse_package
 
+pytestmark = pytest.mark.xdist_group("package")
+
 PACKAGE = "fuzzy_fusion_ros"
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -101,7 +103,17 @@ def pip_install(source: Path, workspace: Path) -> Install:
     return Install(prefix, python, environment)
 
 
-@pytest.fixture(scope="module", params=["colcon", "colcon --symlink-install", "pip"])
+OTHER_WAY = pytest.mark.slow("another way to install the same")
+
+
+@pytest.fixture(
+    scope="module",
+    params=[
+        "colcon",
+        pytest.param("colcon --symlink-install", marks=OTHER_WAY),
+        pytest.param("pip", marks=OTHER_WAY),
+    ],
+)
 def install(
     request: pytest.FixtureRequest, source: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> Install:
@@ -188,12 +200,14 @@ def test_data_files_are_installed_where_they_are_looked_up(install: Install, sou
         assert installed.read_bytes() == path.read_bytes()
 
 
+@pytest.mark.slow("another installation by pip")
 def test_pip_puts_every_executable_on_the_path(source: Path, tmp_path: Path) -> None:
     prefix = pip_install(source, tmp_path).prefix
     for executable in EXECUTABLES:
         assert os.access(prefix / "bin" / executable, os.X_OK)
 
 
+@pytest.mark.slow("another build by colcon")
 def test_colcon_test_runs_the_tests(source: Path, tmp_path: Path) -> None:
     colcon_build(source, tmp_path)
     one_test = f"test/test_package.py::{test_package_xml_is_valid.__name__}"

@@ -100,7 +100,7 @@ def test_the_status_tells_whether_all_claims_hold(whole: Done) -> None:
     assert whole.status == (0 if all(c["holds"] for c in whole.document["claims"]) else 1)
 
 
-@pytest.mark.slow
+@pytest.mark.slow("two more sweeps")
 def test_two_runs_are_identical_whatever_the_number_of_threads(tmp_path: Path) -> None:
     """Files, too, byte by byte."""
     options = ("--figures", "8,17-19", "--seeds", "2", "--seed", "42")

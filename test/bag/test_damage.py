@@ -55,9 +55,12 @@ def read(path: Path, data: bytes) -> tuple[list[BagMessage], list[str]]:
 
 def read_all(bag: BagReader, messages: Iterable[BagMessage]) -> None:
     """Take the number out of each message that holds one."""
+    codecs: dict[str, ScalarCodec] = {}
     for message in messages:
         with contextlib.suppress(MessageError):
-            ScalarCodec(bag.types, message.msgtype).sample(message.data, 0)
+            if message.msgtype not in codecs:
+                codecs[message.msgtype] = ScalarCodec(bag.types, message.msgtype)
+            codecs[message.msgtype].sample(message.data, 0)
 
 
 def test_a_file_cut_off_at_a_chunk_gives_all_chunks_before(whole: bytes, tmp_path: Path) -> None:

@@ -158,11 +158,11 @@ def test_a_type_that_is_not_installed_either_is_refused(undescribed: Path) -> No
     )
 
 
-@pytest.mark.slow
-def test_every_installed_idl_file_is_read_as_rosbag2_stores_it() -> None:
-    """With its #include lines; the fields are those of rclpy."""
+@pytest.mark.parametrize("every", [10, pytest.param(1, marks=pytest.mark.slow("all of 300 files"))])
+def test_installed_idl_files_are_read_as_rosbag2_stores_them(every: int) -> None:
+    """With their #include lines; the fields are those of rclpy."""
     checked = 0
-    for name in installed_type_names():
+    for name in sorted(installed_type_names())[::every]:
         texts = idl_texts(name)
         if not texts:
             continue
@@ -173,7 +173,7 @@ def test_every_installed_idl_file_is_read_as_rosbag2_stores_it() -> None:
         if list(fields) != ["structure_needs_at_least_one_member"]:
             assert fields == InstalledTypes().fields(name)
         checked += "#include" in text
-    assert checked > 50
+    assert checked > 50 / every
 
 
 def idl_texts(name: str, texts: dict[str, str] | None = None) -> dict[str, str]:

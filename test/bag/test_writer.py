@@ -358,7 +358,7 @@ def stopped_by(command: list[str], number: int) -> int:
         assert process.stdout is not None
         assert process.stdout.readline() == "recording\n"
         process.send_signal(number)
-        return process.wait(timeout=60)
+        return process.wait()
 
 
 def test_after_a_kill_all_whole_chunks_are_readable(tmp_path: Path) -> None:
@@ -465,7 +465,6 @@ def test_a_full_disk_is_an_error_and_what_was_written_stays_readable(tmp_path: P
         [sys.executable, "-c", FULL_DISK, str(path)],
         capture_output=True,
         text=True,
-        timeout=60,
         check=False,
     )
     assert (done.returncode, done.stderr) == (0, "")

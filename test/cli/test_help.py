@@ -33,7 +33,6 @@ finally:
         env={"COLUMNS": "80", "PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
-        timeout=60,
         check=False,
     )
     assert done.returncode == 0

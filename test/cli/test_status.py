@@ -105,7 +105,7 @@ def test_it_runs_in_a_thread_too() -> None:
 
 def test_an_interrupt_leaves_no_traceback() -> None:
     process = ended("    os.kill(os.getpid(), signal.SIGINT); time.sleep(60); return 0")
-    _, said = process.communicate(timeout=60)
+    _, said = process.communicate()
     assert (process.returncode, said) == (130, "tool: interrupted\n")
 
 
@@ -119,7 +119,7 @@ def test_sigterm_unwinds() -> None:
         print("closed", flush=True)
     return 0"""
     )
-    out, said = process.communicate(timeout=60)
+    out, said = process.communicate()
     assert (process.returncode, out, said) == (143, "closed\n", "")
 
 
@@ -129,5 +129,5 @@ def test_a_reader_that_goes_away_is_no_error(amount: int) -> None:
     process = ended(f"    print('x' * {amount}); return 0", stdout=writing)
     os.close(writing)
     os.close(reading)
-    _, said = process.communicate(timeout=60)
+    _, said = process.communicate()
     assert (process.returncode, said) == (128 + signal.SIGPIPE, "")

@@ -116,20 +116,19 @@ def run(parameters: Parameters, stream: Stream) -> Ran:
     return Ran(estimates, dropped, fusion.restarts)
 
 
-def recovery(parameters: Parameters, clean: Stream, injected: Injected, within: float) -> int:
-    """Return after how many samples of S1 behind a fault all estimates are as without it.
+def recovery(clean: Ran, injected: Injected, ran: Ran, within: float) -> int:
+    """Return how many samples of S1 it takes after a fault until all estimates are as without it.
 
     Args:
-        parameters: Of the fusion.
-        clean: The stream without the fault.
+        clean: What came of the stream without the fault.
         injected: The stream with it.
+        ran: What came of that.
         within: How far the estimates may differ, unit of the signal.
     """
     expected = {
-        fused.stamp_ns + injected.shift_ns: fused.estimate.value
-        for fused in run(parameters, clean).estimates
+        fused.stamp_ns + injected.shift_ns: fused.estimate.value for fused in clean.estimates
     }
-    estimates = {fused.stamp_ns: fused for fused in run(parameters, injected.stream).estimates}
+    estimates = {fused.stamp_ns: fused for fused in ran.estimates}
     samples = back = 0
     for k in range(injected.end, len(injected.stream)):
         sensor, sample, _ = injected.stream[k]

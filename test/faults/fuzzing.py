@@ -49,11 +49,14 @@ def spoilt_bags(whole: Original, scratch: Path, seeds: Iterable[int]) -> Counter
 def read(path: Path) -> set[bytes]:
     """Return the messages of a bag, after taking the number out of each that holds one."""
     found = set()
+    codecs: dict[str, ScalarCodec] = {}
     with contextlib.suppress(FusionError), open_bag(path) as bag:
         for message in bag.messages():
             found.add(message.data)
             with contextlib.suppress(FusionError):
-                ScalarCodec(bag.types, message.msgtype).sample(message.data, 0)
+                if message.msgtype not in codecs:
+                    codecs[message.msgtype] = ScalarCodec(bag.types, message.msgtype)
+                codecs[message.msgtype].sample(message.data, 0)
     return found
 
 

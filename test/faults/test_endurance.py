@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import pytest
+
 from faults.endurance import run_over_dds, step
 
 
+@pytest.mark.slow("what the node does, without DDS")
 def test_the_core_holds_no_more_after_many_samples() -> None:
     stepped = step(20_000, seed=1)
     assert stepped.estimates > 15_000

@@ -41,7 +41,6 @@ def run(program: str, name: str, *arguments: str) -> subprocess.CompletedProcess
             env={**os.environ, **harness.environment},
             capture_output=True,
             text=True,
-            timeout=120,
             check=False,
         )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from nodes.watching import Diagnostics
 
 from faults.overload import LOST, flood
@@ -29,6 +30,7 @@ def test_of_what_comes_at_once_the_newest_are_taken_and_the_rest_is_counted() ->
         assert feed(2.0, s1=1.0, s2=1.0) == 1.0
 
 
+@pytest.mark.slow("a flood of 6 s")
 def test_a_flood_is_survived_and_over_at_once() -> None:
     flooded = flood(6.0)
     assert flooded.growth < 16.0

@@ -23,6 +23,8 @@ from fuzzy_fusion_ros.text.table import WIDTH
 
 ROOT = Path(__file__).resolve().parents[2]
 
+pytestmark = pytest.mark.xdist_group("demo")
+
 
 def test_the_whole_job(tmp_path: Path) -> None:
     out = tmp_path / "out" / "demo"
@@ -33,7 +35,6 @@ def test_the_whole_job(tmp_path: Path) -> None:
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
-        timeout=280,
         check=False,
     )
     assert (done.returncode, done.stderr) == (0, "")
@@ -82,7 +83,7 @@ def quick(
     monkeypatch.setattr(module, "score", score)
 
 
-@pytest.mark.slow
+@pytest.mark.slow("two more live runs")
 def test_the_seed_decides(live: Path, tmp_path: Path) -> None:
     for name, seed in (("same", 1), ("other", 2)):
         (tmp_path / name).mkdir()
@@ -120,7 +121,7 @@ def test_what_is_not_a_bag_is_left_alone(tmp_path: Path) -> None:
     assert (tmp_path / "live" / "thesis.tex").exists()
 
 
-@pytest.mark.slow
+@pytest.mark.slow("two live runs that fail")
 def test_a_node_that_fails_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(DemoError, match=r"pendulum_node has failed: pendulum_node: .*duration"):
         run_live(tmp_path, 0, -1.0)
@@ -129,7 +130,7 @@ def test_a_node_that_fails_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         run_live(tmp_path, 0, 0.1)
 
 
-@pytest.mark.slow
+@pytest.mark.slow("another live run")
 def test_a_run_that_takes_too_long_is_ended(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

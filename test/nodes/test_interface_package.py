@@ -25,7 +25,9 @@ from fuzzy_fusion_ros.parameters.errors import MessageError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
 
-BOTH_WAYS = [(HEADED, BARE), (BARE, HEADED)]
+pytestmark = pytest.mark.xdist_group("interface package")
+
+OTHER_WAY = pytest.mark.slow("the same types the other way round")
 TOPICS = ["/s1", "/s2", "/estimate", *(f"/fusion_node/{name}" for name in EXPLANATION)]
 
 STAMPS_NS = [5_000_000_001 + 10_000_000 * k for k in range(60)]
@@ -62,7 +64,9 @@ def test_the_package_is_unknown_here() -> None:
             load_message_class(each)
 
 
-@pytest.mark.parametrize(("s1_type", "s2_type"), BOTH_WAYS)
+@pytest.mark.parametrize(
+    ("s1_type", "s2_type"), [(HEADED, BARE), pytest.param(BARE, HEADED, marks=OTHER_WAY)]
+)
 def test_its_types_are_fused_recorded_and_replayed(
     workspace: Workspace, tmp_path: Path, s1_type: str, s2_type: str
 ) -> None:
@@ -102,6 +106,6 @@ def test_its_types_are_fused_recorded_and_replayed(
         assert differences(live, tmp_path / again, TOPICS) == []
 
 
-@pytest.mark.parametrize("input_type", [HEADED, BARE])
+@pytest.mark.parametrize("input_type", [HEADED, pytest.param(BARE, marks=OTHER_WAY)])
 def test_its_types_are_taken_by_sensor_subscriber(workspace: Workspace, input_type: str) -> None:
     assert samples(workspace.use("subscribe", input_type=input_type, samples=pairs(S1))) == S1
