@@ -19,6 +19,7 @@ EXECUTABLES = (
 
 RUNTIME = [
     "PyYAML",
+    "lz4",
     "matplotlib>=3.6",
     "mcap>=1.2,<2",
     "numpy>=1.26",

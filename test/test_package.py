@@ -39,6 +39,7 @@ EXECUTABLES = (
 
 # The names of one dependency: in an import, in rosdep, on PyPI.
 DEPENDENCIES = {
+    "lz4": ("mcap-ros2-support", "lz4"),  # no key of its own
     "matplotlib": ("python3-matplotlib", "matplotlib"),
     "mcap": ("mcap-ros2-support", "mcap"),
     "numba": ("python3-numba", "numba"),

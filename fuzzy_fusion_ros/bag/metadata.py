@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,13 +25,21 @@ from rosbags.interfaces import (
 
 from fuzzy_fusion_ros.bag.topic import Topic
 from fuzzy_fusion_ros.parameters.errors import BagError
+from fuzzy_fusion_ros.parameters.yaml_text import YamlLimitError, checked_yaml, read_yaml_text
 
 METADATA_NAME = "metadata.yaml"
 VERSION = 9
 
 _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # ten times faster, where libyaml is
 _ROOT = "rosbag2_bagfile_information"
+_TEXTS: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
+_LONGEST_NAME = 255
+_LONGEST_QOS = 64 * 1024
 _INFINITE = QosTime(9_223_372_036, 854_775_807)  # 2^63 - 1 ns, as rosbag2 writes it
+
+
+class MetadataError(BagError):
+    """Metadata are missing or damaged; the messages can be read without them."""
 
 
 class Metadata(NamedTuple):
@@ -51,26 +60,40 @@ def read_metadata(directory: Path) -> Metadata:
     """Return the metadata of a bag directory.
 
     Raises:
-        BagError: It is missing, unreadable or not rosbag2's.
+        MetadataError: They are missing, unreadable or not rosbag2's.
+        BagError: They are made to exhaust memory.
     """
     path = directory / METADATA_NAME
     try:
-        information = yaml.safe_load(path.read_text(encoding="utf-8"))[_ROOT]
+        text = checked_yaml(read_yaml_text(path))
+        information = yaml.load(text, Loader=_TEXTS)[_ROOT]
         mode = str(information.get("compression_mode") or "").lower()
         if mode not in {"", "none", "file", "message", "storage"}:
-            raise BagError(f"{path} has compression_mode {mode!r}: expected file or message")
+            raise MetadataError(f"{path} has compression_mode {mode!r}: expected file or message")
+        paths = information["relative_file_paths"]
+        if not isinstance(paths, list):
+            raise TypeError(f"relative_file_paths is {paths!r}, expected a list")
         return Metadata(
-            files=tuple(Path(each).name for each in information["relative_file_paths"]),
+            files=tuple(map(_file_name, paths)),
             compression_mode=mode if mode in {"file", "message"} else "",
             message_count=int(information["message_count"]),
         )
     except FileNotFoundError:
-        raise BagError(f"{path} is missing: the recorder did not close the bag") from None
+        raise MetadataError(f"{path} is missing: the recorder did not close the bag") from None
     except OSError as error:
-        raise BagError(f"{path} cannot be read: {error.strerror}") from error
+        raise MetadataError(f"{path} cannot be read: {error.strerror}") from error
+    except YamlLimitError as error:
+        raise BagError(f"{path} is refused: {error}") from error
     except (yaml.YAMLError, LookupError, TypeError, ValueError, AttributeError) as error:
-        text = " ".join(str(error).split())
-        raise BagError(f"{path} is not rosbag2's: {text}") from error
+        reason = " ".join(str(error).split())
+        raise MetadataError(f"{path} is not rosbag2's: {reason[:200]}") from error
+
+
+def _file_name(path: str) -> str:
+    name = Path(path).name
+    if not name or len(os.fsencode(name)) > _LONGEST_NAME or "\0" in name:
+        raise ValueError(f"{name[:80]!r} is no file name")
+    return name
 
 
 def describe_bag(file_name: str, topics: Sequence[Topic], start_ns: int, end_ns: int) -> str:
@@ -152,6 +175,7 @@ def qos_to_text(profiles: Sequence[Qos]) -> str:
     return yaml.safe_dump(described, sort_keys=False).strip() if described else ""
 
 
+@lru_cache(maxsize=256)
 def qos_from_text(text: str) -> tuple[Qos, ...]:
     """Return the profiles that a storage file describes, of any version of rosbag2.
 
@@ -159,21 +183,27 @@ def qos_from_text(text: str) -> tuple[Qos, ...]:
         text: YAML; empty for no profiles.
 
     Raises:
-        BagError: The text describes no profiles.
+        MetadataError: The text describes no profiles.
+        BagError: It is made to exhaust memory.
     """
     if not text:
         return ()
     from rosbags.rosbag2.metadata import parse_qos  # 0.1 s that bags without profiles save
 
     try:
-        described = yaml.safe_load(text) or []
+        described = yaml.safe_load(checked_yaml(text, largest=_LONGEST_QOS)) or []
         if not isinstance(described, list):
             raise TypeError("they are no list")
         profiles = tuple(parse_qos(described))
         if not all(isinstance(each, int) for profile in profiles for each in _numbers(profile)):
             raise TypeError("a depth or a duration is no integer")
+    except YamlLimitError as error:
+        raise BagError(f"its offered QoS profiles are refused: {error}") from error
     except (yaml.YAMLError, LookupError, TypeError, ValueError, AttributeError) as error:
-        raise BagError(f"offered QoS profiles {text!r} are not rosbag2's: {error}") from error
+        reason = " ".join(str(error).split())
+        raise MetadataError(
+            f"its offered QoS profiles are not rosbag2's: {reason[:200]}"
+        ) from error
     return profiles
 
 

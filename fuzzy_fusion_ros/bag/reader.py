@@ -14,6 +14,7 @@ from pathlib import Path
 
 import zstandard
 
+from fuzzy_fusion_ros.bag.compression import decompress
 from fuzzy_fusion_ros.bag.problems import Problems
 from fuzzy_fusion_ros.bag.storage import Storage, find_files, is_compressed, open_file
 from fuzzy_fusion_ros.bag.topic import BagMessage, Topic
@@ -115,27 +116,37 @@ class BagReader:
         return other if topic not in self.topics and other in self.topics else topic
 
     def require_topics(self, *names: str) -> None:
-        """Make sure that topics are in the bag and that numbers can be read from them.
+        """Make sure that topics are in the bag.
 
         Raises:
-            BagError: One is not, and the error lists those that are; or a topic is not CDR, has
-                several types, or the bag does not describe its type.
+            BagError: One is not; the error lists those that are.
         """
         missing = [name for name in names if name not in self.topics]
         if missing:
             there = ", ".join(f"{each.name} ({each.msgtype})" for each in self.topics.values())
+            nothing = "; ".join(["no topics at all", *self._problems.lines])
             raise BagError(
                 f"bag {str(self.path)!r} has no topic {', '.join(map(repr, missing))}; "
-                f"it has {there or 'no topics at all'}"
+                f"it has {there or nothing}"
             )
-        for name in names:
-            obstacle = self.topics[name].obstacle or self._foreign_cdr(name)
-            if obstacle:
-                raise BagError(f"bag {str(self.path)!r}, topic {name}: {obstacle}")
 
-    def _foreign_cdr(self, name: str) -> str:
-        """Return what kind of CDR a topic's first message is if it is not ROS 2's plain one."""
-        first = next(self.messages([name]), None)
+    def require_readable(self, topic: str) -> None:
+        """Make sure that numbers can be read from the messages of a topic.
+
+        Args:
+            topic: A topic in the bag, as the bag spells it.
+
+        Raises:
+            BagError: They are not plain CDR, of several types, or of a type that the bag does not
+                describe.
+        """
+        obstacle = self.topics[topic].obstacle or self._foreign_cdr(topic)
+        if obstacle:
+            raise BagError(f"bag {str(self.path)!r}, topic {topic}: {obstacle}")
+
+    def _foreign_cdr(self, topic: str) -> str:
+        """Say what kind of CDR the first message of a topic is, if it is not ROS 2's plain one."""
+        first = next(self.messages([topic]), None)
         kind = _OTHER_CDR.get(first.data[:2]) if first else None
         return f"its messages are {kind}, only plain CDR (XCDR1) can be read" if kind else ""
 
@@ -225,11 +236,10 @@ class BagReader:
         return itertools.chain.from_iterable(found)
 
     def _decompress(self, messages: Iterable[BagMessage]) -> Iterator[BagMessage]:
-        decompressor = zstandard.ZstdDecompressor()
         for message in messages:
             try:
-                data = decompressor.decompress(message.data)
-            except zstandard.ZstdError as error:
+                data = decompress("zstd", message.data)
+            except (zstandard.ZstdError, ValueError) as error:
                 self._problems.note(message.topic, f"messages do not decompress ({error})")
             else:
                 yield message._replace(data=data)

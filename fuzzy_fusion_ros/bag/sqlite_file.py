@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from fuzzy_fusion_ros.bag.metadata import qos_from_text
-from fuzzy_fusion_ros.bag.topic import BagMessage, Definition, Topic
+from fuzzy_fusion_ros.bag.metadata import MetadataError, qos_from_text
+from fuzzy_fusion_ros.bag.topic import MOST_TOPICS, BagMessage, Definition, Topic
 from fuzzy_fusion_ros.parameters.errors import BagError
 
 # What sqlite3 raises on damaged files, and what wrong types in their rows lead to.
@@ -48,16 +48,20 @@ class SqliteFile:
         except _DAMAGE as error:
             raise BagError(f"{str(path)!r} is no readable sqlite3 bag: {error}") from error
         try:
+            self._require_plain_tables()
             definitions = self._definitions()
-            rows = self._query("SELECT * FROM topics ORDER BY id")
+            rows = self._query(f"SELECT * FROM topics ORDER BY id LIMIT {MOST_TOPICS + 1}")
+            if len(rows) > MOST_TOPICS:
+                raise ValueError(f"it has more than {MOST_TOPICS} topics")
             topics = {row["id"]: self._topic(row, definitions) for row in rows}
-        except _DAMAGE as error:
+        except (*_DAMAGE, BagError) as error:
             self._database.close()
             raise BagError(f"{str(path)!r} is no readable sqlite3 bag: {error}") from error
         counts: Counter[int] | None = None
         try:
             ((self.start_ns, self.end_ns),) = self._query(
-                "SELECT MIN(timestamp), MAX(timestamp) FROM messages"
+                "SELECT MIN(timestamp), MAX(timestamp) FROM messages "
+                "WHERE typeof(timestamp) = 'integer'"
             )
             counts = Counter(
                 dict(self._query("SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id"))
@@ -114,6 +118,22 @@ class SqliteFile:
     def _query(self, statement: str) -> list[Any]:
         return self._database.execute(statement).fetchall()
 
+    def _require_plain_tables(self) -> None:
+        """Refuse views and generated columns: reading them would run what the file says.
+
+        Raises:
+            ValueError: There are some.
+        """
+        for name, kind, statement in self._query(
+            "SELECT name, type, sql FROM sqlite_master "
+            "WHERE lower(name) IN ('topics', 'messages', 'message_definitions')"
+        ):
+            hidden = self._database.execute(
+                "SELECT 1 FROM pragma_table_xinfo(?) WHERE hidden <> 0", (name,)
+            )
+            if kind != "table" or "VIRTUAL" in statement.upper() or hidden.fetchone():
+                raise ValueError(f"its {name} is no plain table")
+
     def _definitions(self) -> dict[str, Definition]:
         """Return the definitions by type; bags of releases before Iron have none."""
         if not self._query("SELECT 1 FROM sqlite_master WHERE name = 'message_definitions'"):
@@ -129,16 +149,21 @@ class SqliteFile:
         offered = row["offered_qos_profiles"] if "offered_qos_profiles" in columns else ""
         try:
             qos = qos_from_text(offered)
-        except BagError as error:
+        except MetadataError as error:
             self._note(f"topic {row['name']}: {error}")
             qos = ()
         return Topic(
-            row["name"],
-            row["type"],
+            str(row["name"]),
+            str(row["type"]),
             definition=definitions.get(row["type"]),
             qos=qos,
-            encoding=row["serialization_format"],
+            encoding=str(row["serialization_format"]),
         )
+
+
+def _text(data: bytes) -> str:
+    """Return a text of the database; bytes that are no UTF-8 are replaced."""
+    return data.decode(errors="replace")
 
 
 def _connect(path: Path) -> sqlite3.Connection:
@@ -153,6 +178,7 @@ def _connect(path: Path) -> sqlite3.Connection:
 def _try_to_connect(uri: str) -> sqlite3.Connection:
     database = sqlite3.connect(uri, uri=True)
     database.row_factory = sqlite3.Row
+    database.text_factory = _text
     try:
         database.execute("SELECT 1 FROM sqlite_master").fetchall()
     except _DAMAGE:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import re
-import shutil
 from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 from typing import Protocol
 
 import zstandard
 
+from fuzzy_fusion_ros.bag.compression import decompress_file
 from fuzzy_fusion_ros.bag.mcap.file import McapFile
-from fuzzy_fusion_ros.bag.metadata import Metadata, read_metadata
+from fuzzy_fusion_ros.bag.metadata import Metadata, MetadataError, read_metadata
 from fuzzy_fusion_ros.bag.problems import Problems
 from fuzzy_fusion_ros.bag.sqlite_file import SqliteFile
 from fuzzy_fusion_ros.bag.topic import BagMessage, Topic
@@ -54,7 +54,7 @@ def find_files(path: Path, problems: Problems) -> tuple[list[Path], Metadata | N
         problems: Told of what is not whole.
 
     Raises:
-        BagError: There is no storage file.
+        BagError: There is no storage file, or the metadata are made to exhaust memory.
     """
     try:
         if path.is_file():
@@ -65,11 +65,12 @@ def find_files(path: Path, problems: Problems) -> tuple[list[Path], Metadata | N
             f"bag {str(path)!r} does not exist: name a rosbag2 directory or a .mcap"
         ) from None
     except (OSError, ValueError) as error:
-        raise BagError(f"bag {str(path)!r} cannot be read: {error}") from error
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise BagError(f"bag {str(path)!r} cannot be read: {reason}") from error
     metadata = None
     try:
         metadata = read_metadata(path)
-    except BagError as error:
+    except MetadataError as error:
         problems.note(path.name, str(error))
     listed = [path / name for name in metadata.files] if metadata else []
     files = [each for each in listed if each.exists()]
@@ -146,13 +147,12 @@ def _begins_with(path: Path, magic: bytes) -> bool:
 def _decompress(path: Path, scratch: Path, note: Callable[[str], None]) -> Path:
     target = scratch / path.stem
     try:
-        with path.open("rb") as compressed, target.open("wb") as plain:
-            reader = zstandard.ZstdDecompressor().stream_reader(compressed, read_across_frames=True)
-            shutil.copyfileobj(reader, plain)
+        decompress_file(path, target)
     except zstandard.ZstdError as error:
         note(f"it decompresses in part only ({error})")
-    except OSError as error:
-        raise BagError(f"{str(path)!r} cannot be decompressed: {error.strerror}") from error
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise BagError(f"{str(path)!r} cannot be decompressed: {reason}") from error
     return target
 
 

@@ -12,6 +12,10 @@ MSG_ENCODINGS = frozenset({"ros2msg"})
 IDL_ENCODINGS = frozenset({"ros2idl", "omgidl"})
 
 
+MOST_TOPICS = 10_000
+"""Topics of a storage file; one with more is refused."""
+
+
 class Definition(NamedTuple):
     """The definition of a message type as a bag carries it.
 

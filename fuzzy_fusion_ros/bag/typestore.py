@@ -3,36 +3,20 @@
 from __future__ import annotations
 
 import contextlib
-import re
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import Any
 
-from rosbags.interfaces import Nodetype
-from rosbags.typesys import Stores, TypesysError, get_types_from_idl, get_types_from_msg
+from rosbags.typesys import Stores
 from rosbags.typesys import get_typestore as _get_typestore
 from rosbags.typesys.store import Typestore
 
-from fuzzy_fusion_ros.bag.installed import SEPARATOR, installed_definition
-from fuzzy_fusion_ros.bag.topic import IDL_ENCODINGS, MSG_ENCODINGS, Definition, Topic
+from fuzzy_fusion_ros.bag.definitions import UNPARSED, field_types, parse
+from fuzzy_fusion_ros.bag.installed import installed_definition
+from fuzzy_fusion_ros.bag.topic import Definition, Topic
 from fuzzy_fusion_ros.messages.type_fields import FieldType
 from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
-
-_NO_IDL = re.compile(r"\AIDL: .*$|^[ \t]*#.*$", re.MULTILINE)
-"""The head of a type, and lines for a preprocessor, which rosbags' parser does not know."""
-
-_UNPARSED = (
-    TypesysError,
-    ArithmeticError,
-    AssertionError,
-    AttributeError,
-    LookupError,
-    RecursionError,
-    TypeError,
-    ValueError,
-)
-"""What rosbags' parsers raise on text that is no definition."""
 
 
 class BagTypes:
@@ -52,6 +36,7 @@ class BagTypes:
         self._unparsed: dict[str, list[Definition]] = defaultdict(list)
         self._definitions: dict[str, Definition] = {}
         self._fields: dict[str, Mapping[str, FieldType]] = {}
+        self._refused: dict[str, str] = {}
         for topic in topics:
             if topic.definition is not None:
                 self._definitions.setdefault(topic.msgtype, topic.definition)
@@ -67,13 +52,15 @@ class BagTypes:
         for definition in self._unparsed.pop(type_name, ()):
             self._parse(type_name, definition)
         if type_name not in self._fields and type_name in self._jazzy.fielddefs:
-            self._fields[type_name] = _field_types(self._jazzy.fielddefs[type_name])
+            self._fields[type_name] = field_types(self._jazzy.fielddefs[type_name])
         if type_name not in self._fields:
             with contextlib.suppress(BagError):
                 self._parse(type_name, installed_definition(type_name))
         if type_name not in self._fields:
+            refused = self._refused.get(type_name)
             raise MessageError(
-                f"message type {type_name!r} is neither described by the bag nor installed: "
+                refused
+                or f"message type {type_name!r} is neither described by the bag nor installed: "
                 "source the package that defines it"
             )
         return self._fields[type_name]
@@ -96,10 +83,11 @@ class BagTypes:
     def _parse(self, msgtype: str, definition: Definition) -> None:
         """Add the types that a definition describes, or say why it cannot be used."""
         try:
-            parsed = {name: _field_types(each) for name, each in _parsed(msgtype, definition)}
-        except _UNPARSED as error:
+            parsed = parse(msgtype, definition)
+        except UNPARSED as error:
             reason = " ".join(str(error).split())[:120]
-            self.problems.append(f"the definition of {msgtype} cannot be parsed: {reason}")
+            self._refused[msgtype] = f"the definition of {msgtype} cannot be parsed: {reason}"
+            self.problems.append(self._refused[msgtype])
             return
         if msgtype not in parsed:
             self.problems.append(f"the definition of {msgtype} describes other types instead")
@@ -114,19 +102,6 @@ def jazzy_types() -> BagTypes:
     return BagTypes()
 
 
-def _parsed(msgtype: str, definition: Definition) -> Iterable[tuple[str, Any]]:
-    """Yield the name of each type in a definition, and what rosbags makes of it."""
-    if definition.encoding in MSG_ENCODINGS:
-        yield from get_types_from_msg(definition.text, msgtype).items()
-        return
-    if definition.encoding not in IDL_ENCODINGS:
-        raise TypesysError(f"encoding {definition.encoding!r} is neither ros2msg nor ros2idl")
-    for part in definition.text.split(SEPARATOR):
-        text = _NO_IDL.sub("", part)
-        if text.strip():
-            yield from get_types_from_idl(text).items()
-
-
 def _digest(store: Typestore, msgtype: str) -> str:
     """Return the RIHS01 hash of a type: rosidl takes a char for a uint8, rosbags does not."""
     translated = Typestore()
@@ -139,20 +114,3 @@ def _rosidl(described: Any) -> Any:
     if isinstance(described, tuple):
         return tuple(_rosidl(each) for each in described)
     return "uint8" if described == "char" else described
-
-
-def _field_types(described: Any) -> dict[str, FieldType]:
-    """Return the fields of a type that rosbags describes."""
-    _, fields = described
-    return {name: _field_type(each) for name, each in fields}
-
-
-def _field_type(described: Any) -> FieldType:
-    kind, what = described
-    if kind == Nodetype.NAME:
-        return FieldType(what)
-    if kind == Nodetype.BASE:
-        name = what[0]
-        return FieldType("uint8" if name in {"byte", "char"} else name)
-    element, size = what
-    return FieldType(_field_type(element).name, True, size or None, kind == Nodetype.ARRAY)

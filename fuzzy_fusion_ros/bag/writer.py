@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -44,7 +45,8 @@ class BagWriter:
             self.path.mkdir(parents=True, exist_ok=True)
             if any(self.path.iterdir()):
                 raise BagError(f"bag {str(path)!r} exists: name a new directory or remove it")
-            self._file_name = f"{self.path.resolve().name}_0.mcap"
+            name = os.fsencode(self.path.resolve().name).decode(errors="replace")
+            self._file_name = f"{name}_0.mcap"
             self._file = McapWriter(self.path / self._file_name)
         except (OSError, ValueError) as error:
             raise self._refusal(error) from error

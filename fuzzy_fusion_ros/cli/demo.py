@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import BARS
-from fuzzy_fusion_ros.cli.status import DONE, FAILED, command, say
+from fuzzy_fusion_ros.cli.status import DONE, FAILED, command, say, show
 
 if TYPE_CHECKING:
     from fuzzy_fusion_ros.jobs.demo import DemoResult
@@ -36,13 +36,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     from fuzzy_fusion_ros.jobs.demo import demo  # after parsing: takes time to import
 
     found = demo(given.output, seed=given.seed, progress=BARS)
-    print(_report(found))
+    show(_report(found))
     for problem in found.differences:
         say("demo", f"not the live run: {problem}")
     if found.differences:
         return FAILED
-    print("\nlive = replay = simulation, bit for bit: every estimate and its explanation")
-    print(f"bags and plots are in {given.output}")
+    show("\nlive = replay = simulation, bit for bit: every estimate and its explanation")
+    show(f"bags and plots are in {given.output}")
     return DONE
 
 

@@ -177,7 +177,7 @@ def write_json(document: object, path: str) -> None:
     Raises:
         FusionError: The file cannot be written.
     """
-    text = json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    text = json.dumps(document, indent=2, allow_nan=False) + "\n"
     if path == "-":
         print(text, end="")
         return

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from typing import Any, TypeVar
 
 from fuzzy_fusion_ros.jobs.progress import Progress
+from fuzzy_fusion_ros.text.visible import visible
 
 T = TypeVar("T")
 
@@ -19,13 +20,13 @@ class Bars(Progress):
         self, items: Iterable[T], text: str, total: int | None = None, unit: str = ""
     ) -> Iterable[T]:
         """Return the items, with a bar while they are iterated over."""
-        shown: Iterable[T] = _bar(items, total=total, desc=text, unit=unit)
+        shown: Iterable[T] = _bar(items, total=total, desc=visible(text), unit=unit)
         return shown
 
     @contextmanager
     def counted(self, text: str, unit: str = "") -> Iterator[Callable[[int, int], None]]:
         """Show a bar; yield what moves it."""
-        with _bar(None, desc=text, unit=unit) as bar:
+        with _bar(None, desc=visible(text), unit=unit) as bar:
 
             def advance(done: int, of: int) -> None:
                 bar.total = of

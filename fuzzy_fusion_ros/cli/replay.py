@@ -15,7 +15,7 @@ from pathlib import Path
 
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import BARS
-from fuzzy_fusion_ros.cli.status import DONE, UsageError, command, say
+from fuzzy_fusion_ros.cli.status import DONE, UsageError, command, say, show
 
 
 @command("replay")
@@ -45,8 +45,8 @@ def _replay(given: argparse.Namespace) -> int:
     if replayed.restarts:
         times = "once" if replayed.restarts == 1 else f"{replayed.restarts} times"
         say("replay", f"timestamps jumped back {times}: state cleared, restarted")
-    print(f"{output}: {replayed.messages} messages copied, {replayed.estimates} estimates written")
-    print(f"modes: {in_words(replayed.modes)}")
+    show(f"{output}: {replayed.messages} messages copied, {replayed.estimates} estimates written")
+    show(f"modes: {in_words(replayed.modes)}")
     return DONE
 
 
@@ -59,7 +59,7 @@ def _play(given: argparse.Namespace) -> int:
     played = play(given.bag, topics=topics, **window, rate=given.rate or 1.0, loop=given.loop)
     for note in played.notes:
         say("replay", note)
-    print(f"{played.messages} messages published")
+    show(f"{played.messages} messages published")
     return DONE
 
 

@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import BARS
-from fuzzy_fusion_ros.cli.status import DONE, FAILED, command, say
+from fuzzy_fusion_ros.cli.status import DONE, FAILED, command, say, show
 
 if TYPE_CHECKING:
     from fuzzy_fusion_ros.jobs.reproduce import Reproduction
@@ -50,8 +49,7 @@ def _report(done: Reproduction, given: argparse.Namespace) -> None:
         claims_table(done.claims, "the paper's claim, and how it is measured", "holds"),
         claims_table(done.targets, "our target, and how it is measured", "met"),
     )
-    out = sys.stderr if given.json == "-" else sys.stdout
-    print("\n\n".join(table for table in tables if table), file=out)
+    show("\n\n".join(table for table in tables if table), on_stderr=given.json == "-")
     if given.json:
         options.write_json(as_document(*done), given.json)
     say("reproduce", f"figures and the numbers behind them are in {given.output}")

@@ -10,13 +10,12 @@ that is scored, which flatters them.
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import BARS
-from fuzzy_fusion_ros.cli.status import DONE, FAILED, UsageError, command, say
+from fuzzy_fusion_ros.cli.status import DONE, FAILED, UsageError, command, say, show
 
 if TYPE_CHECKING:
     from fuzzy_fusion_ros.scoring.score import Score
@@ -47,7 +46,7 @@ def _report(scores: Sequence[Score], given: argparse.Namespace) -> dict[str, dic
     for each in scores:
         for note in each.notes:
             say("score", f"{each.name}: {note}")
-    print(report(scores), file=sys.stderr if given.json == "-" else sys.stdout)
+    show(report(scores), on_stderr=given.json == "-")
     if given.plot:
         _plot(scores, given.plot)
     documents = {each.name: each.as_json() for each in scores}

@@ -11,12 +11,16 @@ from collections.abc import Callable, Sequence
 from types import FrameType
 
 from fuzzy_fusion_ros.parameters.errors import FusionError
+from fuzzy_fusion_ros.text.visible import visible
 
 DONE = 0
 FAILED = 1
 """Done, and a check failed: a claim, a score regression, a replay that differs."""
 UNUSABLE = 2
 """The input or the arguments cannot be used."""
+
+LONGEST = 2000
+"""Characters of a message: a name can have thousands."""
 
 Main = Callable[[Sequence[str] | None], int]
 
@@ -59,8 +63,22 @@ def command(name: str) -> Callable[[Main], Callable[..., int]]:
 
 
 def say(name: str, message: object) -> None:
-    """Print a message of a command on stderr, on one line."""
-    print(f"{name}: {' '.join(str(message).split())}", file=sys.stderr, flush=True)
+    """Print a message of a command on stderr, on one line of at most ``LONGEST`` characters."""
+    line = visible(f"{name}: {' '.join(str(message).split())}")
+    if len(line) > LONGEST:
+        line = f"{line[: LONGEST // 2]} ... {line[-LONGEST // 2 :]}"
+    print(line, file=sys.stderr, flush=True)
+
+
+def show(text: str, *, on_stderr: bool = False) -> None:
+    """Print a result of a command: on stdout, or on stderr where that is taken.
+
+    What the terminal cannot write, or would obey, stands as an escape.
+    """
+    stream = sys.stderr if on_stderr else sys.stdout
+    encoding = stream.encoding or "utf-8"
+    lines = "\n".join(map(visible, text.split("\n")))
+    print(lines.encode(encoding, "backslashreplace").decode(encoding), file=stream)
 
 
 class _Termination:

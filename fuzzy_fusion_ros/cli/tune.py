@@ -9,13 +9,12 @@ Without a truth it fits to a reference that it reconstructs from both sensors wi
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import BARS
-from fuzzy_fusion_ros.cli.status import DONE, command, say
+from fuzzy_fusion_ros.cli.status import DONE, command, say, show
 
 if TYPE_CHECKING:
     from fuzzy_fusion_ros.jobs.tune import TuneResult
@@ -58,7 +57,7 @@ def _report(result: TuneResult, given: argparse.Namespace) -> None:
     tuned, unit = result.tuned, result.unit
     lines = [*described(tuned.sensors, unit), "", *candidate_lines(tuned, unit), ""]
     lines += [outcome(tuned, unit), f"parameters written; run the node with: {_command(given)}"]
-    print("\n".join(lines), file=sys.stderr if given.json == "-" else sys.stdout)
+    show("\n".join(lines), on_stderr=given.json == "-")
     if given.plot:
         from fuzzy_fusion_ros.plots.tuning import plot_tuning
 

@@ -84,8 +84,8 @@ def play(
     Raises:
         FusionError: The bag cannot be used, or none of its types is installed.
     """
-    wanted = topics or Topics()
     with open_bag(bag) as reader:
+        wanted = (topics or Topics()).found_in(reader)
         reader.require_topics(wanted.s1, wanted.s2)
         reader.require_messages_from(start)
         prefix = explanation_prefix(wanted.estimate)

@@ -94,9 +94,10 @@ def tune(
             samples to fit to.
     """
     require_writable(output)
-    wanted = topics or Topics()
+    asked = topics or Topics()
     with open_bag(bag) as reader:
-        if use_truth and wanted.truth != Topics().truth:
+        wanted = asked.found_in(reader)
+        if use_truth and asked.truth != Topics().truth:
             reader.require_topics(wanted.truth)
         base = _with_types(reader, wanted, fusion_parameters(parameters))
         recording = read_recording(

@@ -13,6 +13,7 @@ from __future__ import annotations
 import struct
 
 from fuzzy_fusion_ros.core.numerics import SECOND_NS
+from fuzzy_fusion_ros.parameters.errors import MessageError
 
 ORIGIN = 4
 """Bytes of encapsulation header; alignment counts from behind it."""
@@ -27,6 +28,9 @@ PADDING_BYTES = 3
 EMPTY_ARRAY_BYTES = 8
 """What rclpy may leave behind a message for each empty array in it: it sizes its memory as if
 the elements of such an array were to be aligned, but hands all of it out."""
+
+LARGEST = 64 << 20
+"""Bytes of a message that is made here."""
 
 FORMATS = {
     "bool": "?",
@@ -54,6 +58,18 @@ class CdrWriter:
     def number(self, name: str, value: float) -> CdrWriter:
         """Write a number of a type such as ``float64``, or a bool; return the writer itself."""
         self.aligned(name)._data += struct.pack(f"<{FORMATS[name]}", value)
+        return self
+
+    def numbers(self, name: str, value: float, count: int) -> CdrWriter:
+        """Write the same number several times; return the writer itself.
+
+        Raises:
+            MessageError: The message becomes larger than ``LARGEST``.
+        """
+        if len(self._data) + count * SIZES[name] > LARGEST:
+            raise MessageError(f"an array of {count} numbers makes messages too large to be sent")
+        if count:
+            self.aligned(name)._data += count * struct.pack(f"<{FORMATS[name]}", value)
         return self
 
     def aligned(self, name: str) -> CdrWriter:

@@ -78,7 +78,7 @@ class ScalarCodec:
                 stamp_ns = seconds * SECOND_NS + nanoseconds
                 if nanoseconds >= SECOND_NS:
                     raise StampError(f"a message has {nanoseconds} ns in its timestamp")
-        except struct.error as error:
+        except (struct.error, OverflowError) as error:
             raise MessageError(f"a message is no {self.type_name}: {error}") from None
         if not 0 <= excess <= self._slack:
             problem = f"{excess} bytes too many" if excess > 0 else f"{-excess} bytes too few"

@@ -20,7 +20,7 @@ def default_message(types: TypeDescriptions, type_name: str, frame: str = "") ->
         frame: The ``frame_id`` of its header, if it has one.
 
     Raises:
-        MessageError: The type, or one in it, is unknown.
+        MessageError: The type, or one in it, is unknown, or even an empty message is too large.
     """
     writer = CdrWriter()
     _write_message(writer, types, type_name, frame)
@@ -44,10 +44,12 @@ def _write_field(
     if field.is_array and not field.is_fixed:
         writer.count(0)
         return
-    for _ in range(field.capacity or 0 if field.is_array else 1):
+    count = field.capacity or 0 if field.is_array else 1
+    if field.name in SIZES:
+        writer.numbers(field.name, number if field.name.startswith("float") else 0, count)
+        return
+    for _ in range(count):
         if field.is_message:
             _write_message(writer, types, field.name, frame)
-        elif field.name in SIZES:
-            writer.number(field.name, number if field.name.startswith("float") else 0)
         else:
             writer.text("")

@@ -21,6 +21,12 @@ _Part = tuple[int, int] | Walk
 """So many bytes each of so many numbers, or a walk past anything else."""
 
 _DEEPEST = 32
+MOST_PARTS = 100_000
+"""Fields of a type, those of messages in it included: more are taken for an attack."""
+
+MOST_ELEMENTS = 1_000_000
+"""Messages or texts of a sequence that are walked past; a message with more cannot be read."""
+
 _FILLER = {"structure_needs_at_least_one_member": FieldType("uint8")}
 
 
@@ -35,6 +41,7 @@ class Layout:
             order: ``<`` or ``>``, as :mod:`struct` has it.
         """
         self._types = types
+        self._messages: dict[str, list[_Part]] = {}
         self._unpack_count = struct.Struct(f"{order}I").unpack_from
 
     def end(self, type_name: str) -> Walk:
@@ -91,16 +98,28 @@ class Layout:
         count = field.capacity if field.is_array and field.capacity is not None else 1
         if field.name in SIZES:
             return [(SIZES[field.name], count)]
-        return count * self._element(field, depth)
+        element = self._element(field, depth)
+        if count * len(element) > MOST_PARTS:
+            raise _too_large(field.name)
+        return count * element
 
     def _element(self, field: FieldType, depth: int) -> list[_Part]:
         """Return what one element of a field consists of, where that is no number."""
         if field.is_message:
-            fields = self._fields(field.name)
-            return [part for each in fields.values() for part in self._parts(each, depth + 1)]
+            if field.name not in self._messages:
+                self._messages[field.name] = self._message(field.name, depth)
+            return self._messages[field.name]
         if field.name == "string":
             return [self._text]
         raise MessageError(f"fields of type {field.name} are not supported")
+
+    def _message(self, type_name: str, depth: int) -> list[_Part]:
+        parts: list[_Part] = []
+        for each in self._fields(type_name).values():
+            parts += self._parts(each, depth + 1)
+            if len(parts) > MOST_PARTS:
+                raise _too_large(type_name)
+        return parts
 
     def _text(self, data: bytes, at: int) -> int:
         at += -at & 3
@@ -216,8 +235,14 @@ def _aligned(size: int) -> Walk:
     return lambda data, at: at + -(at - ORIGIN) % size
 
 
+def _too_large(type_name: str) -> MessageError:
+    return MessageError(
+        f"message type {type_name!r} has more than {MOST_PARTS} fields, nested ones included"
+    )
+
+
 def _repeated(past: Walk, times: int, data: bytes, at: int) -> int:
-    if times > len(data):
+    if times > min(len(data), MOST_ELEMENTS):
         raise struct.error(f"{times} elements do not fit into {len(data)} bytes")
     for _ in range(times):
         at = past(data, at)

@@ -18,6 +18,7 @@ DEFAULT_FIELDS = {
 }
 _MAX_CANDIDATES = 20
 _MAX_DEPTH = 6
+_MOST_FIELDS = 10_000
 _TIMES = frozenset({"builtin_interfaces/msg/Time", "std_msgs/msg/Header"})
 
 
@@ -56,7 +57,7 @@ def numeric_fields(types: TypeDescriptions, type_name: str) -> list[str]:
     Raises:
         MessageError: The type is unknown.
     """
-    found = list(_walk(types, normalise_type_name(type_name), "", 0))
+    found = list(_numbers(types, normalise_type_name(type_name)))
     return [path for path, _ in sorted(found, key=lambda item: _rank(*item))]
 
 
@@ -89,7 +90,7 @@ def _follow(
 def _default_field(types: TypeDescriptions, name: str) -> str:
     if name in DEFAULT_FIELDS:
         return DEFAULT_FIELDS[name]
-    found = [each for each in _walk(types, name, "", 0) if not _is_spread(each[0])]
+    found = [each for each in _numbers(types, name) if not _is_spread(each[0])]
     floats = [each for each in found if each[1].name in FLOATS]
     choice = [path for path, field in floats or found if not field.is_array]
     if len(choice) != 1:
@@ -105,20 +106,27 @@ def _advice(types: TypeDescriptions, name: str) -> str:
     return f"; choose one of: {', '.join(paths[:_MAX_CANDIDATES])}{more}"
 
 
+def _numbers(types: TypeDescriptions, name: str) -> Iterator[tuple[str, FieldType]]:
+    """Yield the path and type of each number; an array of them yields one path for all.
+
+    Of a type with very many fields the first ones alone are looked at.
+    """
+    return _walk(types, name, "", 0, iter(range(_MOST_FIELDS)))
+
+
 def _walk(
-    types: TypeDescriptions, name: str, prefix: str, depth: int
+    types: TypeDescriptions, name: str, prefix: str, depth: int, left: Iterator[int]
 ) -> Iterator[tuple[str, FieldType]]:
-    """Yield the path and type of each number; an array of them yields one path for all."""
     fields = types.fields(name)
     names = [each for each, field in fields.items() if field[:2] == ("string", True)]
-    for each, field in fields.items():
+    for (each, field), _ in zip(fields.items(), left, strict=False):
         path = f"{prefix}{each}" + ("[0]" if field.is_array else "")
         if field.is_number:
             yield path, field
             if field.is_array and field.capacity is None and names:
                 yield f"{prefix}{names[0]}=...:{each}", field
         elif field.is_message and field.name not in _TIMES and depth < _MAX_DEPTH:
-            for inner, inner_field in _walk(types, field.name, f"{path}.", depth + 1):
+            for inner, inner_field in _walk(types, field.name, f"{path}.", depth + 1, left):
                 yield inner, inner_field._replace(is_array=field.is_array or inner_field.is_array)
 
 

@@ -112,6 +112,9 @@ class _Player(Node):
         self._time_ns = -1
 
     def _offer(self, topic: Topic) -> None:
+        if topic.encoding != "cdr" or topic.other_types:
+            self._notes.append(f"{topic.name} is left out: {topic.obstacle}")
+            return
         try:
             message_class = load_message_class(topic.msgtype)
         except MessageError as error:

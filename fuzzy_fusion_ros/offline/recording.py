@@ -92,6 +92,7 @@ def read_recording(
         BagError: S1 or S2 is not in the bag or has no usable sample.
         MessageError: A field is not in its type.
     """
+    topics = topics.found_in(bag)
     bag.require_topics(topics.s1, topics.s2)
     intake, steps = Intake(parameters), _Steps()
     timer = Ticks(parameters)
@@ -155,7 +156,7 @@ def read_explanation(
         start_s: Where to begin, seconds from the bag's first message.
         end_s: Where to end, before this.
     """
-    prefix = explanation_prefix(topics.estimate)
+    prefix = explanation_prefix(topics.found_in(bag).estimate)
     here = [name for name in ("weight", "drift") if prefix + name in bag.topics]
     readers = {
         prefix + name: _alone(prefix + name, codec_of(bag, prefix + name), math.inf)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from fuzzy_fusion_ros.bag.metadata import offered_qos
 from fuzzy_fusion_ros.bag.reader import BagReader, open_bag
-from fuzzy_fusion_ros.bag.topic import BagMessage, Definition, Topic
+from fuzzy_fusion_ros.bag.topic import UNDESCRIBED, BagMessage, Topic
 from fuzzy_fusion_ros.bag.writer import BagWriter
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages.outputs import (
@@ -27,11 +27,9 @@ from fuzzy_fusion_ros.online.fusion import Fusion
 from fuzzy_fusion_ros.online.guard import Drop, Guard
 from fuzzy_fusion_ros.online.mode_shares import ModeShares
 from fuzzy_fusion_ros.online.ticks import Ticks
-from fuzzy_fusion_ros.online.verdict import Verdict
+from fuzzy_fusion_ros.online.verdict import Fused, Verdict
 from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
-
-_UNDESCRIBED = Definition("unknown", "")
 
 
 class Replayed(NamedTuple):
@@ -77,10 +75,11 @@ def replay(
         progress: Passes the messages on.
 
     Raises:
-        BagError: S1 or S2 is not in the bag, nothing is in the span, or the new bag cannot be
-            written.
+        BagError: S1 or S2 is not in the bag, nothing is in the span, there is no estimate, or the
+            new bag cannot be written.
         MessageError: A field is not in its type.
     """
+    topics = topics.found_in(bag)
     bag.require_topics(topics.s1, topics.s2)
     bag.require_messages_from(start_s)
     if topics.estimate in {topics.s1, topics.s2}:
@@ -102,6 +101,8 @@ def replay(
             copied += 1
             for out in station.on_message(message):
                 writer.write(*out)
+    if not station.written:
+        raise BagError(f"bag {str(bag.path)!r} gives no estimate: {station.why_none()}")
     return station.result(copied)
 
 
@@ -135,10 +136,12 @@ def _equal(one: BagMessage | None, other: BagMessage | None) -> bool:
 
 
 def _declare(writer: BagWriter, topic: Topic) -> None:
+    name, msgtype, encoding = topic.name, topic.msgtype, topic.encoding
+    definition = topic.definition
     try:
-        writer.add_topic(topic.name, topic.msgtype, qos=topic.qos, definition=topic.definition)
-    except BagError:  # nobody knows the type, so copy its messages as they came
-        writer.add_topic(topic.name, topic.msgtype, qos=topic.qos, definition=_UNDESCRIBED)
+        writer.add_topic(name, msgtype, qos=topic.qos, definition=definition, encoding=encoding)
+    except BagError:  # nobody knows the type: copy its messages as they came
+        writer.add_topic(name, msgtype, qos=topic.qos, definition=UNDESCRIBED, encoding=encoding)
 
 
 class _Station:
@@ -146,6 +149,7 @@ class _Station:
 
     Attributes:
         outputs: The topics that it writes, and their types.
+        written: Estimates that were written.
     """
 
     def __init__(self, bag: BagReader, topics: Topics, parameters: Parameters) -> None:
@@ -161,7 +165,8 @@ class _Station:
         self.outputs |= {self._prefix + name: kind for name, kind in EXPLANATION.items()}
         self._modes = ModeShares()
         self._unwritable = 0
-        self._written = 0
+        self._obstacle = ""
+        self.written = 0
 
     def before(self, log_ns: int) -> Iterator[BagMessage]:
         """Yield what ticks bring about by the time of the next message."""
@@ -178,21 +183,30 @@ class _Station:
 
     def result(self, copied: int) -> Replayed:
         """Return what was done."""
+        return Replayed(
+            copied,
+            self.written,
+            self._fusion.restarts,
+            self._modes.shares(),
+            (*self._notes(), *self._bag.problems),
+        )
+
+    def why_none(self) -> str:
+        """Say why there is no estimate."""
+        reasons = [*self._notes(), *self._bag.problems]
+        return "; ".join(reasons) or "no message of S1 and S2 in this span"
+
+    def _notes(self) -> list[str]:
         self._fusion.finish()
         notes = count_drops(self._topics.s1, self._fusion.s1)
         notes += count_drops(self._topics.s2, self._fusion.s2)
         notes += filter(None, [self._fusion.clock_problem()])
         if self._unwritable:
             notes.append(
-                f"{self._unwritable} estimates do not fit into {self._estimates.codec.type_name}"
+                f"{self._unwritable} estimates do not fit into {self._estimates.codec.type_name}: "
+                f"{self._obstacle}"
             )
-        return Replayed(
-            copied,
-            self._written,
-            self._fusion.restarts,
-            self._modes.shares(),
-            (*notes, *self._bag.problems),
-        )
+        return notes
 
     def _on_s1(self, message: BagMessage) -> Verdict:
         try:
@@ -213,13 +227,19 @@ class _Station:
             self._modes.see(fused.estimate.mode, fused.stamp_ns)
             try:
                 data = self._estimates.message(fused)
-            except MessageError:
+            except MessageError as error:
                 self._unwritable += 1
+                self._obstacle = self._obstacle or self._say_obstacle(fused, error)
                 continue
-            self._written += 1
+            self.written += 1
             yield self._message(self._topics.estimate, log_ns, data)
             for name, data in explain(self._point, fused):
                 yield self._message(self._prefix + name, log_ns, data)
+
+    def _say_obstacle(self, fused: Fused, error: MessageError) -> str:
+        if fused.s2_message:
+            return str(error)
+        return f"there is no message of {self._topics.s2} to copy the estimate into ({error})"
 
     def _message(self, topic: str, log_ns: int, data: bytes) -> BagMessage:
         return BagMessage(topic, self.outputs[topic], log_ns, data)

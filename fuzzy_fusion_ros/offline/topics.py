@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from fuzzy_fusion_ros.bag.reader import BagReader
 from fuzzy_fusion_ros.messages import ScalarCodec
 from fuzzy_fusion_ros.parameters.errors import MessageError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
+
+if TYPE_CHECKING:
+    from fuzzy_fusion_ros.bag.reader import BagReader  # takes time to import
 
 NODE = "fusion_node"
 ROLES = ("s1", "s2", "estimate", "truth")
@@ -31,6 +33,11 @@ class Topics(NamedTuple):
     estimate: str = "/estimate"
     truth: str = "/truth"
     fields: Mapping[str, str] = MappingProxyType({})
+
+    def found_in(self, bag: BagReader) -> Topics:
+        """Return the topics as a bag spells them, with or without the leading slash."""
+        s1, s2, estimate, truth = map(bag.name_of, self.by_role().values())
+        return Topics(s1, s2, estimate, truth, self.fields)
 
     def by_role(self) -> dict[str, str]:
         """Return the topic of each role."""
@@ -56,17 +63,17 @@ def codecs_of(
         roles: Those that matter.
 
     Raises:
+        BagError: No number can be read from a topic.
         MessageError: A path is not in its type, or the one for all is in none of the types, or
             there is none and the type has none of its own.
     """
-    _require_common(bag, topics)
     configured = {
         "s1": parameters.s1.field,
         "s2": parameters.s2.field,
         "estimate": parameters.estimate.field or parameters.s2.field,
         "truth": "",
     }
-    return {
+    codecs = {
         role: codec_of(
             bag,
             topic,
@@ -77,6 +84,8 @@ def codecs_of(
         for role, topic in topics.by_role().items()
         if role in roles and topic in bag.topics
     }
+    _require_common(bag, topics)
+    return codecs
 
 
 def _require_common(bag: BagReader, topics: Topics) -> None:
@@ -107,8 +116,10 @@ def codec_of(
         configured: The path in the fusion's parameters.
 
     Raises:
+        BagError: No number can be read from the topic.
         MessageError: A path is not in its type, or there is none and the type has none of its own.
     """
+    bag.require_readable(topic)
     msgtype = bag.topics[topic].msgtype
     problems = []
     for text in [own] if own else [common, configured, ""] if common else [configured]:

@@ -25,6 +25,8 @@ from fuzzy_fusion_ros.parameters.group import (
     flatten,
     replace,
 )
+from fuzzy_fusion_ros.parameters.yaml_text import LOADER, checked_yaml, read_yaml_text
+from fuzzy_fusion_ros.text.visible import visible
 
 KEY = "ros__parameters"
 
@@ -112,7 +114,7 @@ def dump(
     Raises:
         ParameterFileError: The file cannot be written.
     """
-    lines = [f"# {line}".rstrip() for line in comments]
+    lines = [f"# {visible(line)}".rstrip() for line in comments]
     lines += [f"/**/{node_name}:", f"  {KEY}:"]
     lines += _entries(parameters)
     try:
@@ -168,13 +170,14 @@ def _matches(pattern: list[str], names: list[str]) -> bool:
 def _sections(path: str | Path) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield each node's name in a file with its parameters."""
     try:
-        text = Path(path).read_text(encoding="utf-8")
-        root = yaml.compose(text, yaml.SafeLoader)
-    except OSError as error:
-        raise ParameterFileError(path, f"cannot be read: {error.strerror}") from None
+        text = checked_yaml(read_yaml_text(Path(path)), aliases=False)
+        root = yaml.compose(text, LOADER)
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         reason = " ".join(str(error).split())
         raise ParameterFileError(path, f"is no YAML: {reason}") from None
+    except (OSError, ValueError) as error:
+        reason = str(error.strerror if isinstance(error, OSError) else error)
+        raise ParameterFileError(path, f"cannot be read: {reason}") from None
     if not isinstance(root, yaml.MappingNode):
         raise ParameterFileError(path, f"expected node names with {KEY}: below them")
     yield from _nodes_in(path, root, "")
@@ -207,7 +210,7 @@ def _parameters_in(path: str | Path, node: Any, prefix: str) -> Iterator[tuple[s
 def _scalar(node: Any) -> Any:
     """Return a scalar as rcl understands it."""
     text = node.value
-    if not isinstance(node, yaml.ScalarNode) or node.style is not None:
+    if not isinstance(node, yaml.ScalarNode) or node.style:
         return text
     if text in _TRUE or text in _FALSE:
         return text in _TRUE

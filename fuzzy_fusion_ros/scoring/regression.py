@@ -10,6 +10,9 @@ from typing import Any
 
 from fuzzy_fusion_ros.scoring.metrics import REPORTED, ScoreError
 
+LARGEST = 16 << 20
+"""Bytes that are read of a file with scores."""
+
 
 def read_scores(path: str | Path) -> dict[str, Any]:
     """Return what ``score --json`` wrote earlier.
@@ -18,10 +21,11 @@ def read_scores(path: str | Path) -> dict[str, Any]:
         ScoreError: The file cannot be read, or is no such JSON.
     """
     try:
-        document = json.loads(Path(path).read_text(encoding="utf-8"))
+        with Path(path).open("rb") as file:
+            document = json.loads(file.read(LARGEST))
     except OSError as error:
         raise ScoreError(f"baseline {str(path)!r} cannot be read: {error.strerror}") from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ScoreError(f"baseline {str(path)!r} is no JSON: {error}") from None
     if not isinstance(document, dict):
         raise ScoreError(f"baseline {str(path)!r} is not what score --json writes")

@@ -9,6 +9,7 @@ from fuzzy_fusion_ros.online.mode_shares import in_words
 from fuzzy_fusion_ros.scoring.metrics import METRICS
 from fuzzy_fusion_ros.scoring.score import Score
 from fuzzy_fusion_ros.text.table import WIDTH, number_column, text_table
+from fuzzy_fusion_ros.text.visible import visible
 
 LONGEST_NAME = 24
 """Characters of a recording's name, counted from its end, at the head of a column."""
@@ -37,7 +38,7 @@ def summary(score: Score) -> str:
         f"modes: {in_words(score.modes)}",
         WIDTH,
     )
-    return f"{score.name}\n{text}"
+    return f"{visible(score.name)}\n{text}"
 
 
 def table(score: Score, metrics: Sequence[str] = tuple(METRICS)) -> str:

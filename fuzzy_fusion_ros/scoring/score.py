@@ -115,6 +115,7 @@ def score_bag(
         ScoreError: No estimate has a truth beside it.
     """
     with open_bag(path) as bag:
+        topics = topics.found_in(bag)
         bag.require_topics(topics.s1, topics.s2, topics.truth)
         recording = read_recording(bag, topics, parameters, None, end_s, progress)
         if start_s is not None and _ends_before(recording, start_s):  # time jumped back before

@@ -10,6 +10,8 @@ import math
 import textwrap
 from collections.abc import Iterator, Sequence
 
+from fuzzy_fusion_ros.text.visible import visible
+
 WIDTH = 80
 GAP = "  "
 BEST = "*"
@@ -30,6 +32,7 @@ def text_table(
         align: ``l`` or ``r`` for each column; unless given, the first is left and the rest right.
         width: Largest number of characters in a line.
     """
+    rows = [list(map(visible, row)) for row in rows]
     align = align or "l" + "r" * (len(rows[0]) - 1)
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     if _width(widths) > width and align[-1] == "l":

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import io
 import struct
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from mcap.stream_reader import StreamReader
@@ -165,6 +166,7 @@ class Channel(NamedTuple):
         msgtype: The name of the schema; None for no schema.
         schema: How the schema is encoded.
         text: The schema.
+        metadata: What the channel says besides.
     """
 
     topic: str
@@ -173,6 +175,7 @@ class Channel(NamedTuple):
     msgtype: str | None = POINT
     schema: str = "ros2msg"
     text: str = definition_text(POINT)
+    metadata: Mapping[str, str] = MappingProxyType({})
 
 
 def write_channels(path: Path, channels: Iterable[Channel], profile: str = "ros2") -> Path:
@@ -185,7 +188,7 @@ def write_channels(path: Path, channels: Iterable[Channel], profile: str = "ros2
             schema = 0
             if each.msgtype is not None:
                 schema = writer.register_schema(each.msgtype, each.schema, each.text.encode())
-            number = writer.register_channel(each.topic, each.encoding, schema)
+            number = writer.register_channel(each.topic, each.encoding, schema, dict(each.metadata))
             rows += [(log_ns, number, data) for log_ns, data in each.messages]
         for log_ns, number, data in sorted(rows):
             writer.add_message(number, log_ns, data, log_ns)

@@ -66,9 +66,9 @@ DESCRIBED = "only 'ros2msg' and 'ros2idl' can be read"
 def test_what_cannot_be_read_is_named(tmp_path: Path, channel: Channel, problem: str) -> None:
     path = write_channels(tmp_path / "bag.mcap", [channel, Channel("/s2", PLAIN)])
     with open_bag(path) as bag:
-        bag.require_topics("/s2")
+        bag.require_readable("/s2")
         with pytest.raises(BagError, match=rf"topic /s1: its messages are .*{problem}"):
-            bag.require_topics("/s2", "/s1")
+            bag.require_readable("/s1")
         assert [each.data for each in bag.messages(["/s1"])] == [data for _, data in channel[1]]
 
 
@@ -80,7 +80,7 @@ def test_a_topic_of_two_types_is_refused(tmp_path: Path) -> None:
         open_bag(path) as bag,
         pytest.raises(BagError, match=f"messages are of 2 types, {POINT} and {FLOAT}"),
     ):
-        bag.require_topics("/s1")
+        bag.require_readable("/s1")
 
 
 @pytest.mark.parametrize("given", ["s1", "/s1"])
@@ -143,7 +143,7 @@ def test_a_type_that_the_bag_does_not_define_is_the_installed_one(
     real = os.environ.get("AMENT_PREFIX_PATH", sys.prefix)
     monkeypatch.setenv("AMENT_PREFIX_PATH", f"{tmp_path / 'prefix'}{os.pathsep}{real}")
     with open_bag(undescribed) as bag:
-        bag.require_topics("/s1")
+        bag.require_readable("/s1")
         codec = ScalarCodec(bag.types, LEVEL, "value")
         values = [codec.sample(each.data, 0).value for each in bag.messages()]
     assert values == [0.5 + at for at in range(5)]

@@ -56,6 +56,7 @@ def mannerly(main: Callable[[Sequence[str]], int], arguments: Sequence[str]) -> 
         assert end.stderr.endswith("\n"), end
         assert end.stdout == "", end
     assert "Traceback" not in end.stderr, end
+    assert all(line.isprintable() for line in (end.stdout + end.stderr).split("\n")), end
     return end
 
 

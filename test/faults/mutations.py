@@ -2,18 +2,31 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import random
 import shutil
+import sqlite3
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
-from bag.making import BEGIN_NS, POINT, STEP_NS, chunk_ends, definition_text, point_data
+from bag.making import (
+    BEGIN_NS,
+    POINT,
+    STEP_NS,
+    Channel,
+    chunk_ends,
+    definition_text,
+    point_data,
+    write_by_rosbags,
+    write_channels,
+)
 from mcap.writer import MCAP0_MAGIC
+from rosbags.rosbag2 import StoragePlugin
 
-from fuzzy_fusion_ros.bag import BagWriter, Definition
+from fuzzy_fusion_ros.bag import BagMessage, BagWriter, Definition, open_bag
 
 SAMPLES = 150
 TYPES = (POINT, "std_msgs/msg/Float64", "sensor_msgs/msg/JointState", "sensor_msgs/msg/Imu")
@@ -167,6 +180,158 @@ def _other_files(path: Path, rng: random.Random) -> None:
         _file(path).write_bytes(MCAP0_MAGIC * rng.randrange(4))
 
 
+PRIMITIVES = ("bool", "byte", "char", "int8", "uint64", "float32", "float64", "string", "wstring")
+SIZES = ("", "", "[]", "[3]", "[<=4]", "[0]", "[100000]", "[1000000000]", f"[{10**25}]")
+IDL = (
+    "module", "struct", "typedef", "const", "enum", "sequence<", "double", "string", "B", "a::B",
+    ";", "{", "}", "(", ")", "<", ">", "[", "]", "1", "9" * 50, "<<", "-", "+", "*", "/", "=",
+    "@verbatim", "#include", '"', "//", "/*", "*/", "\n", " ", "::", "A",
+)  # fmt: skip
+
+
+def _odd_types(path: Path, rng: random.Random) -> None:
+    """Rewrite it with types that are deep, wide, long, recursive or no types."""
+    odd = rng.choice((("/s1",), ("/s2",), ("/other",)))
+    topics = dict.fromkeys(("/s1", "/s2"), POINT) | dict.fromkeys(odd, "odd_msgs/msg/L0")
+    shutil.rmtree(path)
+    with BagWriter(path) as writer:
+        for topic in odd:
+            idl = rng.random() < 0.3
+            text = " ".join(rng.choice(IDL) for _ in range(rng.randrange(200)))
+            definition = Definition("ros2idl", text) if idl else Definition("ros2msg", _odd(rng))
+            writer.add_topic(topic, "odd_msgs/msg/L0", definition=definition)
+        for k in range(SAMPLES):
+            for topic, msgtype in topics.items():
+                data = point_data(BEGIN_NS + k * STEP_NS, 0.01 * k)
+                writer.write(topic, msgtype, BEGIN_NS + k * STEP_NS, data)
+
+
+def _odd(rng: random.Random) -> str:
+    """Return a definition of several types that contain each other."""
+    levels = rng.choice((1, 2, 5, 40))
+    parts = []
+    for level in range(levels):
+        fields = rng.choice((0, 1, 2, 3, 3, 2000 if levels < 5 else 3))
+        lines = []
+        for k in range(fields):
+            inner = f"odd_msgs/L{rng.choice((level + 1, level + 1, level + 1, level, 0, 99))}"
+            kind = rng.choice((*PRIMITIVES, inner, inner, inner, inner, inner, "std_msgs/Header"))
+            lines.append(f"{kind}{rng.choice(SIZES)} f{k}{rng.choice(('', '', '=1', ' 1', ' []'))}")
+        rng.shuffle(lines)
+        head = f"{'=' * 80}\nMSG: odd_msgs/L{level}\n" if level else "std_msgs/Header header\n"
+        parts.append(head + "".join(f"{line}\n" for line in lines))
+    return "".join(parts)
+
+
+def _odd_names(path: Path, rng: random.Random) -> None:
+    """Rewrite it with topics and types whose names are bytes, escapes or very long."""
+    names = ("", "/", "s1", "/s1", "\x1b[2J", "/\n/s1", "\x9b", "é" * 3000, "/s2\0", "\u202e")
+    types = (POINT, POINT, "", "a", "\x1b/msg/B", "a/B")
+    definition = Definition("ros2msg", definition_text(POINT))
+    shutil.rmtree(path)
+    with BagWriter(path) as writer:
+        for k in range(SAMPLES):
+            for topic in ("/s1", "/s2", rng.choice(names)):
+                data = point_data(BEGIN_NS + k * STEP_NS, 0.01 * k)
+                msgtype = POINT if topic in {"/s1", "/s2"} else rng.choice(types)
+                writer.add_topic(topic, msgtype, definition=definition)
+                writer.write(topic, msgtype, BEGIN_NS + k * STEP_NS, data)
+    changed = bytearray(_file(path).read_bytes())
+    at = changed.rfind(b"/s1")
+    changed[at + 1 : at + 2] = rng.choice((b"\xff", b"s", b"\0"))
+    _file(path).write_bytes(changed)
+
+
+def _odd_claims(path: Path, rng: random.Random) -> None:
+    """Let chunks and their frames claim other sizes."""
+    data = bytearray(_file(path).read_bytes())
+    for end in [0, *chunk_ends(bytes(data))[:-1]]:
+        at = data.find(b"\x28\xb5\x2f\xfd", end)
+        if at < 0 or rng.random() < 0.5:
+            continue
+        size = rng.choice((0, 1, 1 << 20, 1 << 31, 1 << 40, (1 << 64) - 1))
+        place = at + rng.choice((4, 5, 6, -8, -24, -28))  # its header, or what the chunk says of it
+        width = rng.choice((1, 2, 4, 8))
+        data[place : place + width] = (size % (1 << 8 * width)).to_bytes(width, "little")
+    _file(path).write_bytes(data)
+
+
+YAML_PIECES = (
+    "&a ", "*a", "&b ", "*b", "[", "]", "{", "}", ",", ":", "\n", "  ", "- ", "<<: *a", "? ", "a",
+    "[" * 200, "{a: " * 200, "- " * 60, "!!python/object:os.system ", "!!binary ", "|\n", ">\n",
+    "1:2:3", "0x1F", "1e999", "'", '"', "%", "---", "...", "\t", "\x85", "[*a, *a, *a, *a, *a, *a]",
+)  # fmt: skip
+
+
+def _odd_yaml(path: Path, rng: random.Random) -> None:
+    """Put YAML of any kind into the metadata, or into a topic's QoS profiles."""
+    text = "".join(rng.choice(YAML_PIECES) for _ in range(rng.randrange(1, 60)))
+    file = path / "metadata.yaml"
+    lines = file.read_text().splitlines(keepends=True)
+    at = rng.randrange(len(lines))
+    if rng.random() < 0.5:
+        file.write_text("".join([*lines[:at], text, "\n", *lines[at:]]))
+        return
+    messages = _messages(path)
+    shutil.rmtree(path)
+    path.mkdir()
+    qos = {"offered_qos_profiles": text}
+    write_channels(path / "bag_0.mcap", [Channel(*each, metadata=qos) for each in messages.items()])
+
+
+def _messages(path: Path) -> dict[str, list[tuple[int, bytes]]]:
+    found: dict[str, list[tuple[int, bytes]]] = {}
+    with open_bag(path) as bag:
+        for each in bag.messages():
+            found.setdefault(each.topic, []).append((each.log_ns, each.data))
+    return found
+
+
+STATEMENTS = (
+    "UPDATE topics SET id = '1) OR 1=1 --' WHERE name = '/s1'",
+    "UPDATE topics SET name = CAST(x'FF1B5B' AS TEXT)",
+    "UPDATE topics SET name = NULL",
+    "UPDATE topics SET type = 7",
+    "UPDATE topics SET serialization_format = NULL",
+    "UPDATE topics SET offered_qos_profiles = 5",
+    "UPDATE messages SET timestamp = 'soon' WHERE id % 3 = 0",
+    "UPDATE messages SET timestamp = -timestamp",
+    "UPDATE messages SET timestamp = 1.5 WHERE id = 7",
+    "UPDATE messages SET data = NULL WHERE id % 2 = 0",
+    "UPDATE messages SET data = 'text' WHERE id = 9",
+    "UPDATE messages SET topic_id = 'x' WHERE id = 9",
+    "UPDATE message_definitions SET encoding = NULL",
+    "UPDATE message_definitions SET encoded_message_definition = x'FFFE'",
+    "DELETE FROM message_definitions",
+    "DELETE FROM topics",
+    "DROP TABLE message_definitions",
+    "DROP TABLE messages",
+    "ALTER TABLE topics DROP COLUMN type",
+    "ALTER TABLE messages RENAME TO m",
+    "CREATE VIEW messages AS SELECT * FROM m",
+    "ALTER TABLE topics RENAME COLUMN name TO title",
+)
+
+
+def _odd_database(path: Path, rng: random.Random) -> None:
+    """Make it a bag of sqlite3 whose rows and tables are others than rosbag2's."""
+    messages = [
+        BagMessage(topic, POINT, log_ns, data)
+        for topic, each in _messages(path).items()
+        for log_ns, data in each
+    ]
+    shutil.rmtree(path)
+    file = write_by_rosbags(path, messages, StoragePlugin.SQLITE3)
+    connection = sqlite3.connect(file)
+    with contextlib.closing(connection), connection:
+        for statement in [
+            "PRAGMA ignore_check_constraints = 1",
+            *rng.sample(STATEMENTS, rng.choice((1, 1, 1, 3))),
+        ]:
+            with contextlib.suppress(sqlite3.Error):
+                connection.execute(statement)
+
+
 MUTATIONS: dict[str, Mutation] = {
     "cut at a chunk": _cut_at_a_chunk,
     "cut": _cut,
@@ -178,8 +343,13 @@ MUTATIONS: dict[str, Mutation] = {
     "metadata wrong": _wrong_metadata,
     "metadata spoilt": _spoilt_metadata,
     "files missing": _other_files,
+    "odd types": _odd_types,
+    "odd names": _odd_names,
+    "odd claims": _odd_claims,
+    "odd YAML": _odd_yaml,
+    "odd database": _odd_database,
 }
 """Each by its name."""
 
-KEEPS_MESSAGES = tuple(name for name in MUTATIONS if name != "schemas swapped")
-"""With these no message comes out that did not go in."""
+CHANGES_MESSAGES = frozenset({"schemas swapped", "odd types", "odd names"})
+"""With the others no message comes out that did not go in."""

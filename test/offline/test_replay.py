@@ -136,7 +136,7 @@ def test_the_estimate_may_have_a_type_of_its_own(tmp_path: Path) -> None:
     assert found[7].header.stamp.nanosec == 70_000_000
 
 
-def test_estimates_that_do_not_fit_are_counted(tmp_path: Path) -> None:
+def test_estimates_none_of_which_fits_are_refused(tmp_path: Path) -> None:
     far = [
         each._replace(value=1e6) if each.topic in {"/s1", "/s2"} else each for each in swing(1.0)
     ]
@@ -145,9 +145,25 @@ def test_estimates_that_do_not_fit_are_counted(tmp_path: Path) -> None:
         "estimate.type": "sensor_msgs/msg/NavSatStatus",
         "estimate.field": "service",
     }
+    with pytest.raises(
+        BagError,
+        match=r"no estimate: 100 estimates do not fit into sensor_msgs/msg/NavSatStatus: field "
+        "'service' is of type uint16, 1000000.0 does not fit",
+    ):
+        replayed(source, tmp_path / "out", changes)
+
+
+def test_estimates_some_of_which_do_not_fit_are_counted(tmp_path: Path) -> None:
+    far = [each._replace(value=-1.0) if each.time_s < 0.5 else each for each in swing(1.0)]
+    source = write_scalars(tmp_path / "in", far)
+    changes: dict[str, object] = {
+        "estimate.type": "sensor_msgs/msg/NavSatStatus",
+        "estimate.field": "service",
+    }
     done = replayed(source, tmp_path / "out", changes)
-    assert done.estimates == 0
-    assert done.notes == ("100 estimates do not fit into sensor_msgs/msg/NavSatStatus",)
+    (note,) = done.notes
+    assert 0 < done.estimates < 100
+    assert note.startswith(f"{100 - done.estimates} estimates do not fit into sensor_msgs/msg/Nav")
 
 
 def test_ticks_come_at_their_own_times(tmp_path: Path) -> None:

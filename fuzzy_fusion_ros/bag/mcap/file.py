@@ -25,8 +25,8 @@ from fuzzy_fusion_ros.bag.mcap.index import (
 )
 from fuzzy_fusion_ros.bag.mcap.records import DAMAGE, HEAD, Records, split_records
 from fuzzy_fusion_ros.bag.mcap.scan import McapScan
-from fuzzy_fusion_ros.bag.metadata import qos_from_text
-from fuzzy_fusion_ros.bag.topic import BagMessage, Definition, Topic
+from fuzzy_fusion_ros.bag.metadata import MetadataError, qos_from_text
+from fuzzy_fusion_ros.bag.topic import MOST_TOPICS, BagMessage, Definition, Topic
 from fuzzy_fusion_ros.messages.type_names import normalise_type_name
 from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
 
@@ -63,6 +63,7 @@ class McapFile:
             raise BagError(f"{str(path)!r} cannot be read: {error.strerror}") from error
         try:
             self._index = self._find_messages(path.stat().st_size)
+            self._channels = self._topics()
         except OSError as error:
             self._file.close()
             raise BagError(f"{str(path)!r} cannot be read: {error.strerror}") from error
@@ -70,9 +71,6 @@ class McapFile:
             self._file.close()
             raise BagError(f"{str(path)!r}: {error}") from error
         self._segments = sorted(self._index.segments)
-        self._channels = {
-            number: self._topic(number, each) for number, each in self._index.channels.items()
-        }
         self.topics = list(self._channels.values())
         self.start_ns = self._index.start_ns
         self.end_ns = self._index.end_ns
@@ -155,6 +153,12 @@ class McapFile:
             )
         return run
 
+    def _topics(self) -> dict[int, Topic]:
+        channels = self._index.channels
+        if len(channels) > MOST_TOPICS:
+            raise BagError(f"it has more than {MOST_TOPICS} topics")
+        return {number: self._topic(number, each) for number, each in channels.items()}
+
     def _topic(self, number: int, channel: Channel) -> Topic:
         schema = self._index.schemas.get(channel.schema_id)
         msgtype, definition = schema.name if schema else "", None
@@ -166,7 +170,7 @@ class McapFile:
             definition = Definition(schema.encoding, text, digest)
         try:
             qos = qos_from_text(channel.metadata.get("offered_qos_profiles", ""))
-        except BagError as error:
+        except MetadataError as error:
             self._note(f"topic {channel.topic}: {error}")
             qos = ()
         counts = self._index.counts

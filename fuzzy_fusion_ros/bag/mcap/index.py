@@ -12,16 +12,12 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import BinaryIO, NamedTuple
 
-import zstandard
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, ChunkIndex, Schema, Statistics
-from mcap.stream_reader import get_chunk_data_stream
 from mcap.writer import MCAP0_MAGIC
 
+from fuzzy_fusion_ros.bag.compression import decompress
 from fuzzy_fusion_ros.bag.mcap.records import DAMAGE, HEAD, decode, split_records
-
-LARGEST_CHUNK = 1 << 30
-"""Bytes beyond which a chunk is taken for damaged rather than read into memory."""
 
 CHUNK_FIELDS = 8 + 8 + 8 + 4 + 4 + 8
 """What the length of a chunk counts besides the name of its compression and its data."""
@@ -123,26 +119,22 @@ def chunk_data(content: bytes) -> bytes:
     """Return what a chunk holds, decompressed, its checksum checked.
 
     Args:
-        content: The chunk's record behind opcode and length.
+        content: The chunk's record after opcode and length.
 
     Raises:
-        One of ``DAMAGE``: The chunk is damaged or its compression is unknown.
+        One of ``DAMAGE``: The chunk is damaged, too large, or its compression is unknown.
     """
     chunk = decode(Opcode.CHUNK, content)
     if not isinstance(chunk, Chunk):
         raise TypeError("this is no chunk")
     if CHUNK_FIELDS + len(chunk.compression) + len(chunk.data) != len(content):
         raise ValueError("its lengths disagree")
-    size = chunk.uncompressed_size
-    if chunk.compression == "zstd":
-        declared = zstandard.frame_content_size(chunk.data)
-        size = size if declared < 0 else declared
-    if size > LARGEST_CHUNK:
-        raise ValueError(f"it claims {size} bytes")
-    stream, size = get_chunk_data_stream(chunk, validate_crc=True)
-    if size != chunk.uncompressed_size:
-        raise ValueError(f"it holds {size} bytes instead of {chunk.uncompressed_size}")
-    return stream.read(size)
+    data = decompress(chunk.compression, chunk.data, chunk.uncompressed_size)
+    if len(data) != chunk.uncompressed_size:
+        raise ValueError(f"it holds {len(data)} bytes instead of {chunk.uncompressed_size}")
+    if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
+        raise ValueError("its checksum does not match")
+    return data
 
 
 def _index_from_records(data: bytes, limit: int) -> McapIndex:

@@ -70,6 +70,10 @@ class Records(NamedTuple):
     is_whole: bool
 
 
+MOST_RECORDS = 1_000_000
+"""Records of a chunk, or messages outside chunks in a row; those after them are left out."""
+
+
 def split_records(data: bytes, order: int) -> Records:
     """Split records that stand one after the other; a broken one ends the run.
 
@@ -82,7 +86,9 @@ def split_records(data: bytes, order: int) -> Records:
     position, size = 0, len(data)
     head, message, data_at = HEAD.unpack_from, MESSAGE.unpack_from, MESSAGE.size
     try:
-        while position < size:
+        for _ in range(MOST_RECORDS):
+            if position >= size:
+                return Records(messages, others, is_whole=True)
             if data[position] == Opcode.MESSAGE:
                 _, length, channel, _, log_ns, _ = message(data, position)
                 end = position + 9 + length
@@ -94,18 +100,28 @@ def split_records(data: bytes, order: int) -> Records:
                 end = position + 9 + length
                 if end > size:
                     return Records(messages, others, is_whole=False)
-                others.append((opcode, data[position + 9 : end]))
+                if opcode in _KINDS:
+                    others.append((opcode, data[position + 9 : end]))
             position = end
     except struct.error:
         return Records(messages, others, is_whole=False)
-    return Records(messages, others, is_whole=True)
+    return Records(messages, others, is_whole=position == size)
 
 
 def decode(opcode: int, content: bytes) -> McapRecord | None:
     """Return the record of an opcode and a content; None for those that nobody here needs.
 
+    Bytes in names that are no UTF-8 are replaced.
+
     Raises:
         One of ``DAMAGE``: The content is no such record.
     """
     kind = _KINDS.get(opcode)
-    return None if kind is None else kind.read(ReadDataStream(BytesIO(content)))
+    return None if kind is None else kind.read(_Stream(BytesIO(content)))
+
+
+class _Stream(ReadDataStream):
+    """Reads a record; a name that is no UTF-8 does not cost the other topics."""
+
+    def read_prefixed_string(self) -> str:
+        return self.read(self.read4()).decode(errors="replace")

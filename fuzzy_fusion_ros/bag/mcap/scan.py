@@ -15,9 +15,9 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 from mcap.writer import MCAP0_MAGIC
 
+from fuzzy_fusion_ros.bag import compression
 from fuzzy_fusion_ros.bag.mcap.index import (
     CHUNK_FIELDS,
-    LARGEST_CHUNK,
     McapIndex,
     Segment,
     chunk_data,
@@ -25,6 +25,9 @@ from fuzzy_fusion_ros.bag.mcap.index import (
 )
 from fuzzy_fusion_ros.bag.mcap.records import DAMAGE, HEAD, MESSAGE, decode, split_records
 from fuzzy_fusion_ros.parameters.errors import BagError
+
+_MOST_READINGS = 8
+"""How often all of a file may be read in vain: what looks like chunks can overlap."""
 
 _BLOCK_BYTES = 1 << 20
 _RUN_BYTES = 1 << 20
@@ -56,6 +59,7 @@ class McapScan:
         self._note = note
         self._index = McapIndex()
         self._counts = Counter[int]()
+        self._futile = _MOST_READINGS * size
         self._run_start = 0
         self._run: list[tuple[int, int]] = []
 
@@ -90,7 +94,7 @@ class McapScan:
         end = position + HEAD.size + int(length)
         if opcode not in Opcode.__members__.values():
             return self._skip(position, "they are no MCAP records")
-        if end > self._size or (opcode == Opcode.CHUNK and length > LARGEST_CHUNK):
+        if end > self._size or (opcode == Opcode.CHUNK and length > compression.LARGEST):
             return self._skip(position, "a record is cut off")
         if opcode == Opcode.MESSAGE:
             return self._take_message(position, end)
@@ -103,6 +107,10 @@ class McapScan:
             elif opcode in {Opcode.SCHEMA, Opcode.CHANNEL}:
                 self._describe([(opcode, read_at(self._file, position + HEAD.size, length))])
         except DAMAGE as error:
+            self._futile -= end - position
+            if self._futile < 0:
+                self._note(f"all from byte {position} on is lost: too much of it is damaged")
+                return self._size
             return self._skip(position, f"a {Opcode(opcode).name.lower()} is damaged ({error})")
         return end
 
