@@ -41,6 +41,7 @@ MAY_IMPORT = {
         "offline",
     },
     "plots": {
+        "text",
         "parameters",
         "core",
         "batch",

@@ -198,7 +198,7 @@ class BagReader:
         """Open all files that can be; refuse if none can."""
         scratch = None
         if any(is_compressed(file) for file in files):
-            scratch = Path(opening.enter_context(tempfile.TemporaryDirectory()))
+            scratch = Path(opening.enter_context(_temporary_directory()))
         storages: list[Storage] = []
         refusals: list[BagError] = []
         for file in files:
@@ -270,3 +270,10 @@ def _merge_topics(found: Iterable[Topic], note: Callable[[str], None]) -> dict[s
 def _total(counts: Iterable[int | None]) -> int | None:
     known = list(counts)
     return None if None in known else sum(count or 0 for count in known)
+
+
+def _temporary_directory() -> tempfile.TemporaryDirectory[str]:
+    try:
+        return tempfile.TemporaryDirectory()
+    except OSError as error:
+        raise BagError(f"there is no place to decompress files: {error.strerror}") from error

@@ -84,8 +84,9 @@ class BagWriter:
             encoding: How the messages are serialised.
 
         Raises:
-            BagError: The type has no definition.
+            BagError: The type has no definition, or the name is no UTF-8.
         """
+        _require_text(topic)
         if (topic, msgtype) in self._channels:
             return
         definition = definition or self._types.definition(msgtype)
@@ -174,3 +175,10 @@ class BagWriter:
             f"bag {str(self.path)!r} cannot be written: {getattr(error, 'strerror', error)}; "
             "what was written before stays readable"
         )
+
+
+def _require_text(topic: str) -> None:
+    try:
+        topic.encode()
+    except UnicodeEncodeError:
+        raise BagError(f"topic {topic!r} is no UTF-8: name another one") from None

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import BARS
 from fuzzy_fusion_ros.cli.status import DONE, FAILED, command, say, show
+from fuzzy_fusion_ros.parameters.arguments import Parser
 
 if TYPE_CHECKING:
     from fuzzy_fusion_ros.jobs.demo import DemoResult
@@ -24,7 +25,7 @@ METRICS = ("rmse", "mae", "max", "bias", "lag")
 @command("demo")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the demo; return whether replay and simulation are the live run."""
-    parser = options.Parser("demo", __doc__)
+    parser = Parser("demo", __doc__)
     parser.add_argument(
         "--output",
         metavar="DIR",

@@ -5,15 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import textwrap
 from collections.abc import Callable
 from pathlib import Path
-from typing import NoReturn, TypedDict
+from typing import TypedDict
 
-from fuzzy_fusion_ros.cli.status import UsageError
 from fuzzy_fusion_ros.jobs.outputs import require_writable, writing
 from fuzzy_fusion_ros.offline.topics import ROLES, Topics
-from fuzzy_fusion_ros.text.table import WIDTH
+from fuzzy_fusion_ros.parameters.errors import UsageError
 
 
 class Window(TypedDict):
@@ -21,37 +19,6 @@ class Window(TypedDict):
 
     start: float | None
     end: float | None
-
-
-class Parser(argparse.ArgumentParser):
-    """A parser that reports an error in a single line."""
-
-    def __init__(self, name: str, description: str | None) -> None:
-        """Create a parser.
-
-        Args:
-            name: The command.
-            description: What it does, in paragraphs.
-        """
-        super().__init__(
-            prog=name,
-            description=_filled(description or ""),
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-            allow_abbrev=False,
-        )
-
-    def error(self, message: str) -> NoReturn:
-        """Reject the arguments.
-
-        Raises:
-            UsageError: Always.
-        """
-        raise UsageError(f"{message}; see {self.prog} --help")
-
-
-def _filled(text: str) -> str:
-    """Return paragraphs, wrapped to the width of a terminal."""
-    return "\n\n".join(textwrap.fill(each, WIDTH) for each in text.split("\n\n"))
 
 
 def add_params(parser: argparse.ArgumentParser) -> None:

@@ -15,7 +15,9 @@ from pathlib import Path
 
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import BARS
-from fuzzy_fusion_ros.cli.status import DONE, UsageError, command, say, show
+from fuzzy_fusion_ros.cli.status import DONE, command, say, show
+from fuzzy_fusion_ros.parameters.arguments import Parser
+from fuzzy_fusion_ros.parameters.errors import UsageError
 
 
 @command("replay")
@@ -63,8 +65,8 @@ def _play(given: argparse.Namespace) -> int:
     return DONE
 
 
-def _parser() -> options.Parser:
-    parser = options.Parser("replay", __doc__)
+def _parser() -> Parser:
+    parser = Parser("replay", __doc__)
     parser.add_argument("bag", metavar="BAG", help="rosbag2 directory or .mcap file")
     parser.add_argument(
         "--output",

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import BARS
 from fuzzy_fusion_ros.cli.status import DONE, FAILED, command, say, show
+from fuzzy_fusion_ros.parameters.arguments import Parser
 
 if TYPE_CHECKING:
     from fuzzy_fusion_ros.jobs.reproduce import Reproduction
@@ -55,8 +56,8 @@ def _report(done: Reproduction, given: argparse.Namespace) -> None:
     say("reproduce", f"figures and the numbers behind them are in {given.output}")
 
 
-def _parser() -> options.Parser:
-    parser = options.Parser("reproduce", __doc__)
+def _parser() -> Parser:
+    parser = Parser("reproduce", __doc__)
     parser.add_argument(
         "--output",
         metavar="DIR",

@@ -15,7 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import BARS
-from fuzzy_fusion_ros.cli.status import DONE, FAILED, UsageError, command, say, show
+from fuzzy_fusion_ros.cli.status import DONE, FAILED, command, say, show
+from fuzzy_fusion_ros.parameters.arguments import Parser
+from fuzzy_fusion_ros.parameters.errors import UsageError
 
 if TYPE_CHECKING:
     from fuzzy_fusion_ros.scoring.score import Score
@@ -77,8 +79,8 @@ def _check(documents: dict[str, dict[str, Any]], before: dict[str, Any], percent
     return status
 
 
-def _parser() -> options.Parser:
-    parser = options.Parser("score", __doc__)
+def _parser() -> Parser:
+    parser = Parser("score", __doc__)
     parser.add_argument(
         "bag", metavar="BAG", nargs="+", help="rosbag2 directory or .mcap file; one or several"
     )

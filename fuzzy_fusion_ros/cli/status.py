@@ -25,10 +25,6 @@ LONGEST = 2000
 Main = Callable[[Sequence[str] | None], int]
 
 
-class UsageError(FusionError):
-    """The arguments of a command do not fit."""
-
-
 def command(name: str) -> Callable[[Main], Callable[..., int]]:
     """Make a command of a function: its errors become a line on stderr and an exit status.
 
@@ -48,6 +44,9 @@ def command(name: str) -> Callable[[Main], Callable[..., int]]:
                     sys.stdout.flush()
             except FusionError as error:
                 say(name, error)
+                return UNUSABLE
+            except MemoryError:
+                say(name, "out of memory: the input needs more than there is")
                 return UNUSABLE
             except BrokenPipeError:
                 os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import BARS
 from fuzzy_fusion_ros.cli.status import DONE, command, say, show
+from fuzzy_fusion_ros.parameters.arguments import Parser
 
 if TYPE_CHECKING:
     from fuzzy_fusion_ros.jobs.tune import TuneResult
@@ -77,8 +78,8 @@ def _command(given: argparse.Namespace) -> str:
     return " ".join(["fusion_node --ros-args --params-file", given.output, *remaps])
 
 
-def _parser() -> options.Parser:
-    parser = options.Parser("tune", __doc__)
+def _parser() -> Parser:
+    parser = Parser("tune", __doc__)
     parser.add_argument("bag", metavar="BAG", help="rosbag2 directory or .mcap file")
     parser.add_argument(
         "--output",

@@ -188,7 +188,7 @@ class Layout:
 
     def _index(self, field: FieldType, part: PathPart, text: str) -> Walk:
         """Return the search for a name in an array of them."""
-        key = (part.key or "").encode()
+        key = (part.key or "").encode(errors="surrogateescape")
 
         def search(data: bytes, at: int) -> int:
             count, at = self._count(field, data, at)

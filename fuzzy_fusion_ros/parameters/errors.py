@@ -42,3 +42,7 @@ class StampError(MessageError):
 
 class BagError(FusionError):
     """A bag cannot be read, written, or lacks what was asked of it."""
+
+
+class UsageError(FusionError):
+    """The arguments of a command do not fit."""

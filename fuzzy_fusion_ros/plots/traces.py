@@ -14,6 +14,7 @@ from fuzzy_fusion_ros.batch.arrays import Flags, Reals, root_mean_square
 from fuzzy_fusion_ros.plots.close_up import close_up
 from fuzzy_fusion_ros.plots.style import COLOURS, NAMES, new_figure, save, styled, with_unit
 from fuzzy_fusion_ros.scoring.score import Score
+from fuzzy_fusion_ros.text.visible import visible
 
 SHOWN = ("s1", "s2", "estimate")
 """What is drawn beside the truth; more lines would hide one another."""
@@ -60,7 +61,7 @@ def plot_score(score: Score, path: str | Path) -> None:
             each.set_xlim(score.time_s[0], score.time_s[-1])
         axes[-1].set_xlabel("time / s")
         _legend_above(whole)
-        figure.suptitle(Path(score.name).name, fontsize="medium")
+        figure.suptitle(visible(Path(score.name).name), fontsize="medium")
         save(figure, path)
 
 

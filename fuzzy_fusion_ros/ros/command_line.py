@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 import textwrap
 from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import Any, NoReturn
+from typing import Any
 
-from fuzzy_fusion_ros.parameters.errors import FusionError
+from fuzzy_fusion_ros.parameters.arguments import Parser
 from fuzzy_fusion_ros.parameters.file import owners
 from fuzzy_fusion_ros.parameters.group import Descriptor, Group, Value, descriptors
 from fuzzy_fusion_ros.ros.process import Stop, run
@@ -17,10 +16,6 @@ from fuzzy_fusion_ros.ros.process import Stop, run
 USAGE = """\
 %(prog)s [-h] [--params FILE]
        [--ros-args [-p NAME:=VALUE] [-r FROM:=TO] [--params-file FILE] ...]"""
-
-
-class CommandLineError(FusionError):
-    """The program does not understand its arguments."""
 
 
 def run_node(
@@ -56,15 +51,12 @@ def run_node(
     return 0
 
 
-def _parser(
-    name: str, about: str | None, topics: str, parameters: type[Group]
-) -> argparse.ArgumentParser:
-    parser = _Parser(
+def _parser(name: str, about: str | None, topics: str, parameters: type[Group]) -> Parser:
+    parser = Parser(
         name,
+        about,
         usage=USAGE,
-        description=textwrap.fill(about or "", 79),
         epilog=f"{topics}\n\nparameters:\n{table(parameters)}".replace("%", "%%"),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
         "--params",
@@ -75,13 +67,6 @@ def _parser(
         help="ROS parameter YAML; the same as --ros-args --params-file FILE",
     )
     return parser
-
-
-class _Parser(argparse.ArgumentParser):
-    """A parser whose errors are single lines."""
-
-    def error(self, message: str) -> NoReturn:
-        raise CommandLineError(f"{message}; see {self.prog} --help")
 
 
 def split(arguments: Sequence[str]) -> tuple[list[str], list[str]]:

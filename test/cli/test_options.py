@@ -9,16 +9,16 @@ from pathlib import Path
 import pytest
 
 from fuzzy_fusion_ros.cli import options
-from fuzzy_fusion_ros.cli.status import UsageError
 from fuzzy_fusion_ros.jobs.outputs import OutputError
 from fuzzy_fusion_ros.offline.topics import Topics
-from fuzzy_fusion_ros.parameters.errors import FusionError
+from fuzzy_fusion_ros.parameters.arguments import Parser
+from fuzzy_fusion_ros.parameters.errors import FusionError, UsageError
 
 
 @pytest.fixture
-def parser() -> options.Parser:
+def parser() -> Parser:
     """A parser with all of them."""
-    made = options.Parser("tool", "Does things.")
+    made = Parser("tool", "Does things.")
     options.add_params(made)
     options.add_topics(made)
     options.add_window(made)
@@ -28,14 +28,14 @@ def parser() -> options.Parser:
     return made
 
 
-def test_defaults_are_the_contracts(parser: options.Parser) -> None:
+def test_defaults_are_the_contracts(parser: Parser) -> None:
     given = parser.parse_args([])
     assert options.topics_of(given) == Topics(fields={})
     assert options.window_of(given) == {"start": None, "end": None}
     assert (given.params, given.seed, given.json, given.plot) == (None, 7, None, None)
 
 
-def test_topics_may_lack_their_slash(parser: options.Parser) -> None:
+def test_topics_may_lack_their_slash(parser: Parser) -> None:
     given = parser.parse_args(["--s1", "imu", "--truth", "/mocap/tilt"])
     topics = options.topics_of(given)
     assert (topics.s1, topics.s2, topics.truth) == ("/imu", "/s2", "/mocap/tilt")
@@ -55,12 +55,12 @@ def test_topics_may_lack_their_slash(parser: options.Parser) -> None:
     ],
 )
 def test_fields_belong_to_topics_or_to_all(
-    parser: options.Parser, arguments: list[str], fields: dict[str, str]
+    parser: Parser, arguments: list[str], fields: dict[str, str]
 ) -> None:
     assert options.topics_of(parser.parse_args(arguments)).fields == fields
 
 
-def test_a_field_of_a_topic_that_is_not_read_is_refused(parser: options.Parser) -> None:
+def test_a_field_of_a_topic_that_is_not_read_is_refused(parser: Parser) -> None:
     with pytest.raises(UsageError, match="topic /gyro is not read; the topics that are read: /s1"):
         options.topics_of(parser.parse_args(["--field", "/gyro=x"]))
 
@@ -74,13 +74,13 @@ def test_a_field_of_a_topic_that_is_not_read_is_refused(parser: options.Parser) 
     ],
 )
 def test_a_span(
-    parser: options.Parser, arguments: list[str], span: tuple[float | None, float | None]
+    parser: Parser, arguments: list[str], span: tuple[float | None, float | None]
 ) -> None:
     assert tuple(options.window_of(parser.parse_args(arguments)).values()) == span
 
 
 @pytest.mark.parametrize("arguments", [["--start", "2", "--end", "2"], ["--end", "0"]])
-def test_an_empty_span_is_refused(parser: options.Parser, arguments: list[str]) -> None:
+def test_an_empty_span_is_refused(parser: Parser, arguments: list[str]) -> None:
     with pytest.raises(UsageError, match="--end must be greater than --start, got"):
         options.window_of(parser.parse_args(arguments))
 
@@ -100,9 +100,7 @@ def test_an_empty_span_is_refused(parser: options.Parser, arguments: list[str]) 
         (["--json"], "--json: expected one argument"),
     ],
 )
-def test_bad_arguments_are_one_line(
-    parser: options.Parser, arguments: list[str], problem: str
-) -> None:
+def test_bad_arguments_are_one_line(parser: Parser, arguments: list[str], problem: str) -> None:
     with pytest.raises(UsageError, match=f"{problem}.*; see tool --help") as caught:
         parser.parse_args(arguments)
     assert "\n" not in str(caught.value)
@@ -131,7 +129,7 @@ def test_a_file_that_cannot_be_written_is_the_users(tmp_path: Path) -> None:
 
 
 def test_results_that_cannot_be_written_are_refused_before_the_work(
-    parser: options.Parser, tmp_path: Path
+    parser: Parser, tmp_path: Path
 ) -> None:
     def require(*arguments: str) -> None:
         options.require_results(parser.parse_args(arguments))

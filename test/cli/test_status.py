@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from fuzzy_fusion_ros.cli.status import DONE, FAILED, UNUSABLE, UsageError, command, say
+from fuzzy_fusion_ros.cli.status import DONE, FAILED, UNUSABLE, command, say
+from fuzzy_fusion_ros.parameters.errors import UsageError
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -222,7 +222,8 @@ OPTIONS = (
     "--help=", "--nonsense", "-x", "--", "--rate=", "--start=-1",
 )  # fmt: skip
 VALUES = (
-    "", "-", "0", "1", "-1", "nan", "inf", "1e400", "0x10", "1" * 5000, "é", "/s1", "/s2", "/none",
+    "", "-", "0", "1", "-1", "nan", "\udcff", "\x1b[2J",
+    "inf", "1e400", "0x10", "1" * 5000, "é", "/s1", "/s2", "/none",
     "s1=point.x", "s1=", "=", "/s9=x", "point.y", "data", "name=a:b", "/dev/null", "/", ".",
     "/proc/nowhere/at/all", "/proc/self/mem", "\x00", "\n", "%s", "{}", "--start",
 )  # fmt: skip
