@@ -76,8 +76,12 @@ check-types: venv ## does mypy, strict, find anything in the package and in what
 check-tests: venv ## run the tests that are not marked slow
 	$(RUN) python -m $(PYTEST) -m 'not slow'
 
+.PHONY: browser
+browser: ## make a browser available to the tests of reports, where apt and root are
+	@.ci/browser
+
 .PHONY: check-slow
-check-slow: venv ## run the tests that are marked slow
+check-slow: venv browser ## run the tests that are marked slow
 	$(RUN) python -m $(PYTEST) -m slow
 
 # Tracing makes tests 2.7 times slower: these are enough to reach all that can be reached.

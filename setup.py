@@ -68,6 +68,7 @@ TEST = [
     "pytest>=8.2",
     "ruff==0.17.6",  # pinned: each release formats a little differently
     "scikit-fuzzy==0.5.0",  # pinned: what benchmarks run against
+    "selenium",  # drives the browser that looks at reports
     "setuptools>=65,<80",  # colcon needs `setup.py develop --editable`, gone in 80
     "simpful==2.12.0",  # pinned: an oracle for the rules, and what benchmarks run against
     "types-PyYAML",
@@ -121,7 +122,7 @@ setup(
     license="Apache-2.0",
     python_requires=">=3.10",
     packages=find_packages(exclude=["test", "test.*"]),
-    package_data={PACKAGE: ["py.typed"]},
+    package_data={PACKAGE: ["py.typed", "reports/page.html", "reports/uplot/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),

@@ -13,6 +13,9 @@ Flags = NDArray[np.bool_]
 SIGMA_OVER_MEDIAN = 1.4826
 """Standard deviation of normal numbers of mean 0, over the median of their magnitudes."""
 
+CONSTANT = 1e-9
+"""A series that varies by less is constant but for rounding."""
+
 
 def seconds_since(origin_ns: int, stamps_ns: Stamps) -> Reals:
     """Return stamps as seconds from an origin; differences are exact before they are scaled."""

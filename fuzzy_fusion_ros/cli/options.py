@@ -9,9 +9,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypedDict
 
-from fuzzy_fusion_ros.jobs.outputs import require_writable, writing
+from fuzzy_fusion_ros.jobs.outputs import require_no_input, require_writable, writing
 from fuzzy_fusion_ros.offline.topics import ROLES, Topics
 from fuzzy_fusion_ros.parameters.errors import UsageError
+
+REPORT_SUFFIXES = (".html", ".htm")
 
 
 class Window(TypedDict):
@@ -94,6 +96,15 @@ def add_plot(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_report(parser: argparse.ArgumentParser) -> None:
+    """Add ``--report``."""
+    parser.add_argument(
+        "--report",
+        metavar="FILE.html",
+        help="write a page to explore in a browser, which needs no network",
+    )
+
+
 def add_unit(parser: argparse.ArgumentParser) -> None:
     """Add ``--unit``."""
     parser.add_argument(
@@ -153,13 +164,23 @@ def write_json(document: object, path: str) -> None:
         Path(path).write_text(text, encoding="utf-8")
 
 
-def require_results(arguments: argparse.Namespace) -> None:
-    """Check that the files of ``--json`` and ``--plot`` can be written, before the work starts.
+def require_results(arguments: argparse.Namespace, *inputs: str | None) -> None:
+    """Check that the files of ``--json``, ``--plot`` and ``--report`` can be written.
+
+    It is done before the work starts.
+
+    Args:
+        arguments: What was given.
+        inputs: Files and directories that are read, which no result may overwrite.
 
     Raises:
-        FusionError: A file cannot be written, or the format of the plot is unknown.
+        FusionError: A file cannot be written, is an input, or has a suffix that is no format.
     """
-    require_writable(arguments.json, arguments.plot)
+    results = (arguments.json, arguments.plot, arguments.report)
+    require_no_input(results, inputs)
+    if arguments.report and Path(arguments.report).suffix not in REPORT_SUFFIXES:
+        raise UsageError(f"--report: got {arguments.report!r}, expected a name that ends in .html")
+    require_writable(*results)
     if arguments.plot:
         from fuzzy_fusion_ros.plots.style import require_format  # takes time to import
 

@@ -28,7 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Score one or several bags; return whether the estimate is no worse than before."""
     given = _parser().parse_args(arguments)
     topics, window = options.topics_of(given), options.window_of(given)
-    options.require_results(given)
+    options.require_results(given, *given.bag, given.params, given.baseline)
     from fuzzy_fusion_ros.jobs.score import score  # after parsing: takes time to import
     from fuzzy_fusion_ros.scoring.regression import read_scores
 
@@ -51,6 +51,8 @@ def _report(scores: Sequence[Score], given: argparse.Namespace) -> dict[str, dic
     show(report(scores), on_stderr=given.json == "-")
     if given.plot:
         _plot(scores, given.plot)
+    if given.report:
+        _write_reports(scores, given.report, given.params)
     documents = {each.name: each.as_json() for each in scores}
     if given.json:
         only = next(iter(documents.values()))
@@ -59,10 +61,22 @@ def _report(scores: Sequence[Score], given: argparse.Namespace) -> dict[str, dic
 
 
 def _plot(scores: Sequence[Score], path: str) -> None:
-    from fuzzy_fusion_ros.plots.traces import plot_paths, plot_score
+    from fuzzy_fusion_ros.jobs.outputs import one_for_each
+    from fuzzy_fusion_ros.plots.traces import plot_score
 
-    for each, target in zip(scores, plot_paths(path, scores), strict=True):
+    for each, target in zip(scores, one_for_each(path, [s.name for s in scores]), strict=True):
         plot_score(each, target)
+
+
+def _write_reports(scores: Sequence[Score], path: str, params: str | None) -> None:
+    from fuzzy_fusion_ros.jobs.outputs import one_for_each
+    from fuzzy_fusion_ros.jobs.parameter_file import fusion_parameters, text_of
+    from fuzzy_fusion_ros.reports.page import write_page
+    from fuzzy_fusion_ros.reports.score import score_page
+
+    parameters, source = fusion_parameters(params), text_of(params)
+    for each, target in zip(scores, one_for_each(path, [s.name for s in scores]), strict=True):
+        write_page(score_page(each, parameters, source), target)
 
 
 def _check(documents: dict[str, dict[str, Any]], before: dict[str, Any], percent: float) -> int:
@@ -89,6 +103,7 @@ def _parser() -> Parser:
     options.add_window(parser)
     options.add_json(parser)
     options.add_plot(parser)
+    options.add_report(parser)
     options.add_unit(parser)
     parser.add_argument(
         "--baseline",

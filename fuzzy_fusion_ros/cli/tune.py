@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import BARS
 from fuzzy_fusion_ros.cli.status import DONE, command, say, show
+from fuzzy_fusion_ros.jobs.outputs import require_no_input
 from fuzzy_fusion_ros.parameters.arguments import Parser
 
 if TYPE_CHECKING:
@@ -31,7 +32,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     from fuzzy_fusion_ros.batch.compiled import can_compile
     from fuzzy_fusion_ros.jobs.tune import tune  # after parsing: takes time to import
 
-    options.require_results(given)
+    require_no_input([given.output], [given.bag, given.params])
+    options.require_results(given, given.bag, given.params)
     if not can_compile():
         say("tune", "numba is not installed, which makes this about 100 times slower: install it")
     result = tune(
@@ -63,8 +65,21 @@ def _report(result: TuneResult, given: argparse.Namespace) -> None:
         from fuzzy_fusion_ros.plots.tuning import plot_tuning
 
         plot_tuning(tuned, result.recording.series, unit, given.plot)
+    if given.report:
+        _write_report(result, given.report)
     if given.json:
         options.write_json(as_json(tuned, unit), given.json)
+
+
+def _write_report(result: TuneResult, path: str) -> None:
+    from fuzzy_fusion_ros.reports.page import write_page
+    from fuzzy_fusion_ros.reports.tune import tune_page
+
+    recording = result.recording
+    page = tune_page(
+        result.tuned, recording.series, result.unit, recording.name, result.origin, result.text()
+    )
+    write_page(page, path)
 
 
 def _command(given: argparse.Namespace) -> str:
@@ -95,4 +110,5 @@ def _parser() -> Parser:
     options.add_unit(parser)
     options.add_json(parser)
     options.add_plot(parser)
+    options.add_report(parser)
     return parser

@@ -5,12 +5,11 @@ Nodes read the former, ``score`` reads both.
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
 from fuzzy_fusion_ros.baselines import BaselineParameters
-from fuzzy_fusion_ros.parameters.file import ParameterFileError, dump, load, parameters_from
+from fuzzy_fusion_ros.parameters.file import ParameterFileError, dumps, load, parameters_from
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import flatten, replace
 
@@ -49,29 +48,25 @@ def baseline_parameters(source: Source) -> BaselineParameters | None:
     return replace(BaselineParameters(), own) if own else None
 
 
-def write(
-    path: str | Path,
-    parameters: Parameters,
-    baselines: BaselineParameters,
-    comments: Iterable[str] = (),
-) -> None:
-    """Write both, each as an entry of its own.
+def text(
+    parameters: Parameters, baselines: BaselineParameters, comments: Iterable[str] = ()
+) -> str:
+    """Return the text of a file that holds both, each as an entry of its own.
 
     Args:
-        path: The file, overwritten if it exists; its directory is created.
         parameters: Of the fusion.
         baselines: Of the baselines.
-        comments: Lines to write at the top.
+        comments: Lines to put at the top.
+    """
+    return dumps(parameters, comments) + dumps(baselines, node_name=BASELINES)
+
+
+def text_of(source: Source) -> str:
+    """Return parameters as the text of a file: as it stands, if they are in one.
 
     Raises:
-        ParameterError: The file cannot be written.
-        OSError: The directory cannot be created.
+        OSError: The file cannot be read.
     """
-    target = Path(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as folder:
-        second = Path(folder, "baselines.yaml")
-        dump(baselines, second, node_name=BASELINES)
-        dump(parameters, target, comments)
-        with target.open("a", encoding="utf-8") as file:
-            file.write(second.read_text(encoding="utf-8"))
+    if isinstance(source, str | Path):
+        return Path(source).read_text(encoding="utf-8")
+    return dumps(fusion_parameters(source))

@@ -50,6 +50,11 @@ class TuneResult(NamedTuple):
         """The baselines' parameters."""
         return self.tuned.baselines
 
+    def text(self) -> str:
+        """Return the parameters as the text of a file for ``fusion_node`` and ``score``."""
+        lines = comments(self.tuned, self.unit, self.origin)
+        return parameter_file.text(self.parameters, self.baselines, lines)
+
     def write(self, path: str | Path) -> None:
         """Write the parameters as a file for ``fusion_node`` and ``score``.
 
@@ -57,8 +62,8 @@ class TuneResult(NamedTuple):
             FusionError: The file cannot be written.
         """
         with writing(path):
-            lines = comments(self.tuned, self.unit, self.origin)
-            parameter_file.write(path, self.parameters, self.baselines, lines)
+            Path(path).parent.mkdir(parents=True, exist_ok=True)
+            Path(path).write_text(self.text(), encoding="utf-8")
 
 
 def tune(

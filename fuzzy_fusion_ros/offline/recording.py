@@ -14,6 +14,7 @@ from fuzzy_fusion_ros.batch.arrays import Reals, Stamps
 from fuzzy_fusion_ros.batch.series import Series
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages import ScalarCodec
+from fuzzy_fusion_ros.messages.outputs import EXPLANATION, RULES, STRENGTHS
 from fuzzy_fusion_ros.offline.topics import Topics, codec_of, codecs_of, explanation_prefix, unit_of
 from fuzzy_fusion_ros.online.guard import Drop, Guard
 from fuzzy_fusion_ros.online.intake import Intake
@@ -148,7 +149,7 @@ def read_recording(
 def read_explanation(
     bag: BagReader, topics: Topics, start_s: float | None = None, end_s: float | None = None
 ) -> dict[str, Track]:
-    """Return the weight and the drift that a bag holds beside its estimates, by name.
+    """Return the weight, drift and firing strengths that a bag holds beside its estimates, by name.
 
     Args:
         bag: The bag.
@@ -157,14 +158,18 @@ def read_explanation(
         end_s: Where to end, before this.
     """
     prefix = explanation_prefix(topics.found_in(bag).estimate)
-    here = [name for name in ("weight", "drift") if prefix + name in bag.topics]
+    fields = {name: (prefix + name, "") for name in ("weight", "drift")}
+    fields |= {rule: (prefix + STRENGTHS, f"name={rule}:position") for rule in RULES}
     readers = {
-        prefix + name: _alone(prefix + name, codec_of(bag, prefix + name), math.inf)
-        for name in here
+        name: _alone(topic, codec_of(bag, topic, path), math.inf)
+        for name, (topic, path) in fields.items()
+        if topic in bag.topics and bag.topics[topic].msgtype == EXPLANATION[topic[len(prefix) :]]
     }
-    for message in bag.messages(list(readers), start_s, end_s):
-        readers[message.topic].read(message)
-    return {name: readers[prefix + name].track() for name in here}
+    for message in bag.messages({each.topic for each in readers.values()}, start_s, end_s):
+        for reader in readers.values():
+            if reader.topic == message.topic:
+                reader.read(message)
+    return {name: reader.track() for name, reader in readers.items()}
 
 
 def count_drops(topic: str, guard: Guard) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from fuzzy_fusion_ros.core.estimator import MODE_NAMES
 from fuzzy_fusion_ros.core.numerics import seconds_between
@@ -40,6 +40,19 @@ class ModeShares:
             for mode, seconds in self._seconds.items()
             if seconds > 0.0
         }
+
+
+def shares_of(modes: Iterable[int], stamps_ns: Iterable[int]) -> dict[str, float]:
+    """Return the shares over a series of estimates, as :meth:`ModeShares.shares`.
+
+    Args:
+        modes: Mode of each estimate.
+        stamps_ns: Stamp of each, nanoseconds.
+    """
+    seen = ModeShares()
+    for mode, stamp_ns in zip(modes, stamps_ns, strict=True):
+        seen.see(mode, stamp_ns)
+    return seen.shares()
 
 
 def in_words(shares: Mapping[str, float]) -> str:

@@ -114,13 +114,18 @@ def dump(
     Raises:
         ParameterFileError: The file cannot be written.
     """
+    try:
+        Path(path).write_text(dumps(parameters, comments, node_name), encoding="utf-8")
+    except OSError as error:
+        raise ParameterFileError(path, f"cannot be written: {error.strerror}") from error
+
+
+def dumps(parameters: Group, comments: Iterable[str] = (), node_name: str = "fusion_node") -> str:
+    """Return the text of the file that :func:`dump` writes."""
     lines = [f"# {visible(line)}".rstrip() for line in comments]
     lines += [f"/**/{node_name}:", f"  {KEY}:"]
     lines += _entries(parameters)
-    try:
-        Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise ParameterFileError(path, f"cannot be written: {error.strerror}") from error
+    return "\n".join(lines) + "\n"
 
 
 def is_builtin(name: str) -> bool:

@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
-from fuzzy_fusion_ros.plots.style import COLOURS, new_figure
+from fuzzy_fusion_ros.plots.names import COLOURS
+from fuzzy_fusion_ros.plots.style import new_figure
 
 OUTLINE = {COLOURS["no_drift"]: "#6E6600"}
 """Pale colours get an outline of this colour."""

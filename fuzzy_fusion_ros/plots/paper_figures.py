@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from fuzzy_fusion_ros.batch.arrays import integral_absolute_error, root_mean_square
 from fuzzy_fusion_ros.paper.tables import RESPONSES, SWEPT, Table
 from fuzzy_fusion_ros.plots.canvas import Canvas, canvas, outlined, put_legend, put_title
-from fuzzy_fusion_ros.plots.style import COLOURS
+from fuzzy_fusion_ros.plots.names import COLOURS
 from fuzzy_fusion_ros.plots.sweep_figures import draw_sweep
 from fuzzy_fusion_ros.simulation.scenario import Scenario
 

@@ -1,7 +1,6 @@
-"""The look of every figure: one colour per method, everywhere.
+"""The look of every figure.
 
-The colours are those of Okabe and Ito, which colour-blind readers can tell apart, and a few
-shades of grey. Importing this changes nothing in matplotlib; :func:`styled` does, for a while.
+Importing this changes nothing in matplotlib; :func:`styled` does, for a while.
 """
 
 from __future__ import annotations
@@ -9,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import matplotlib
@@ -18,44 +16,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from fuzzy_fusion_ros.parameters.errors import FusionError
-
-COLOURS = MappingProxyType(
-    {
-        "truth": "#000000",
-        "ideal": "#000000",
-        "s1": "#B3B3B3",
-        "s2": "#0072B2",
-        "average": "#56B4E9",
-        "constant_weight": "#7F6D5F",
-        "no_drift": "#F0E442",
-        "aggregator": "#E69F00",
-        "complete": "#D55E00",
-        "estimate": "#D55E00",
-        "complementary": "#009E73",
-        "complementary_lowpass": "#66C2A5",
-        "kalman": "#CC79A7",
-        "kalman_bias": "#882255",
-    }
-)
-
-NAMES = MappingProxyType(
-    {
-        "truth": "truth",
-        "ideal": "ideal sensor",
-        "s1": "S1",
-        "s2": "S2",
-        "average": "average of S1 and S2",
-        "constant_weight": "constant weight",
-        "no_drift": "aggregator without drift",
-        "aggregator": "aggregator",
-        "complete": "aggregator and predictor",
-        "estimate": "estimate",
-        "complementary": "complementary filter",
-        "complementary_lowpass": "complementary filter, S1 low-passed",
-        "kalman": "Kalman filter",
-        "kalman_bias": "Kalman filter with S1's bias",
-    }
-)
 
 WIDTH_PX = 900
 _DPI = 100
@@ -123,11 +83,6 @@ def require_format(path: str | Path) -> None:
             f"plot {str(path)!r} has an unknown format: use one of "
             + ", ".join(f".{each}" for each in sorted(formats))
         )
-
-
-def with_unit(text: str, unit: str, between: str = " / ") -> str:
-    """Return a label with its unit, if that is known, and with squares written as ²."""
-    return f"{text}{between}{unit.replace('^2', '²')}" if unit else text
 
 
 def save(figure: Figure, path: str | Path) -> None:

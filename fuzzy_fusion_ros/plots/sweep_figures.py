@@ -11,7 +11,7 @@ from fuzzy_fusion_ros.paper.checks import SYMBOLS
 from fuzzy_fusion_ros.paper.sweep import NOMINAL, SWEEPS
 from fuzzy_fusion_ros.paper.tables import SWEPT, Table
 from fuzzy_fusion_ros.plots.canvas import canvas, outlined, put_legend, put_title
-from fuzzy_fusion_ros.plots.style import COLOURS, NAMES
+from fuzzy_fusion_ros.plots.names import COLOURS, NAMES
 
 QUANTITIES = {"iae": ("IAE", "rad s"), "itae": ("ITAE", "rad s²")}
 SWEPT_NAMES = {

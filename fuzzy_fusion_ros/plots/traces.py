@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,23 +9,24 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from fuzzy_fusion_ros.batch.arrays import Flags, Reals, root_mean_square
+from fuzzy_fusion_ros.batch.arrays import CONSTANT, Flags, Reals, root_mean_square
 from fuzzy_fusion_ros.plots.close_up import close_up
-from fuzzy_fusion_ros.plots.style import COLOURS, NAMES, new_figure, save, styled, with_unit
+from fuzzy_fusion_ros.plots.names import COLOURS, NAMES, with_unit
+from fuzzy_fusion_ros.plots.style import new_figure, save, styled
 from fuzzy_fusion_ros.scoring.score import Score
 from fuzzy_fusion_ros.text.visible import visible
 
 SHOWN = ("s1", "s2", "estimate")
 """What is drawn beside the truth; more lines would hide one another."""
 
+BEHIND = ("weight", "drift")
+"""What is drawn of that which stands behind the estimate."""
+
 COLUMNS = 1500
 """At most this many points along the time axis, each drawn as the range that it covers."""
 
 STRETCHES = 150
 """Of how many stretches of time the RMS error is drawn."""
-
-CONSTANT = 1e-9
-"""A series that varies by less is constant but for rounding."""
 
 
 def plot_score(score: Score, path: str | Path) -> None:
@@ -41,7 +41,7 @@ def plot_score(score: Score, path: str | Path) -> None:
     Raises:
         FusionError: The file cannot be written or the format is unknown.
     """
-    behind = [name for name, values in score.behind.items() if np.ptp(values) > CONSTANT]
+    behind = [name for name in BEHIND if np.ptp(score.behind.get(name, 0.0)) > CONSTANT]
     heights = [260, 320, 240, *(150 for _ in behind)]
     with styled():
         figure, axes = new_figure(
@@ -63,20 +63,6 @@ def plot_score(score: Score, path: str | Path) -> None:
         _legend_above(whole)
         figure.suptitle(visible(Path(score.name).name), fontsize="medium")
         save(figure, path)
-
-
-def plot_paths(path: str | Path, scores: Sequence[Score]) -> list[Path]:
-    """Return the files for several recordings: one as given, more with the bags' names added.
-
-    Bags of the same name in different directories are numbered, too.
-    """
-    given = Path(path)
-    if len(scores) == 1:
-        return [given]
-    names = [Path(each.name).stem for each in scores]
-    if len(set(names)) < len(names):
-        names = [f"{number}_{name}" for number, name in enumerate(names, 1)]
-    return [given.with_stem(f"{given.stem}_{name}") for name in names]
 
 
 def _draw_traces(axes: Axes, score: Score, where: Flags) -> None:

@@ -17,7 +17,8 @@ from fuzzy_fusion_ros.core.estimator import WAITING
 from fuzzy_fusion_ros.core.membership import large
 from fuzzy_fusion_ros.parameters.fusion import AggregatorParameters, BreakPoints, Parameters
 from fuzzy_fusion_ros.plots.close_up import close_up
-from fuzzy_fusion_ros.plots.style import COLOURS, NAMES, WIDTH_PX, save, styled, with_unit
+from fuzzy_fusion_ros.plots.names import COLOURS, NAMES, with_unit
+from fuzzy_fusion_ros.plots.style import WIDTH_PX, save, styled
 from fuzzy_fusion_ros.tuning import Tuned
 from fuzzy_fusion_ros.tuning.kernel import outputs
 

@@ -30,30 +30,41 @@ def report(scores: Sequence[Score], metrics: Sequence[str] = tuple(METRICS)) -> 
 
 def summary(score: Score) -> str:
     """Return the name of the recording and, below it, what was scored."""
+    return f"{visible(score.name)}\n{textwrap.fill(outline(score), WIDTH)}"
+
+
+def outline(score: Score) -> str:
+    """Return what was scored, in one paragraph."""
     begin, end = score.span_s
     origin = "computed here, as the bag has none" if score.recomputed else "from the bag"
-    text = textwrap.fill(
+    return (
         f"{score.matched} of {score.of} estimates matched to the truth, {begin:.2f} s to "
         f"{end:.2f} s; estimate: {origin}; baselines: {score.baselines}; "
-        f"modes: {in_words(score.modes)}",
-        WIDTH,
+        f"modes: {in_words(score.modes)}"
     )
-    return f"{visible(score.name)}\n{text}"
 
 
 def table(score: Score, metrics: Sequence[str] = tuple(METRICS)) -> str:
+    """Return metrics of all estimators as a table in plain text; see :func:`cells`."""
+    return text_table(cells(score, metrics), headers=2)
+
+
+def cells(score: Score, metrics: Sequence[str] = tuple(METRICS)) -> list[tuple[str, ...]]:
     """Return metrics of all estimators, one estimator a row, the best of each column marked.
 
     Args:
         score: The recording.
         metrics: Names of the metrics to show.
+
+    Returns:
+        The rows of a table, below two rows of headers: names and units.
     """
     scores = {name: score.scores(name) for name in score.values}
     columns = [["", "", *scores]]
     for metric in metrics:
         values = [each[metric] for each in scores.values()]
         columns.append(number_column(metric, _unit(metric, score.unit), values))
-    return text_table(_rows(columns), headers=2)
+    return _rows(columns)
 
 
 def side_by_side(scores: Sequence[Score]) -> str:

@@ -13,6 +13,7 @@ from fuzzy_fusion_ros.baselines import BaselineParameters, baselines_for, method
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals, Stamps
 from fuzzy_fusion_ros.batch.series import WORTH_COMPILING, Series, Trace, fusion, run
 from fuzzy_fusion_ros.core.estimator import S2_ONLY, WAITING
+from fuzzy_fusion_ros.messages.outputs import RULES
 from fuzzy_fusion_ros.offline.recording import (
     Progress,
     Recording,
@@ -21,7 +22,7 @@ from fuzzy_fusion_ros.offline.recording import (
     read_recording,
 )
 from fuzzy_fusion_ros.offline.topics import Topics
-from fuzzy_fusion_ros.online.mode_shares import ModeShares
+from fuzzy_fusion_ros.online.mode_shares import shares_of
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.scoring.join import held, interpolated
 from fuzzy_fusion_ros.scoring.metrics import METRICS, REPORTED, Matched, ScoreError
@@ -49,7 +50,8 @@ class Score(NamedTuple):
         time_s: Matched times, shape (n,), seconds from the bag's first message.
         truth: The truth at them, shape (n,).
         values: Every estimator's output at them by its name, shape (n,) each.
-        behind: What stands behind the estimate: weight and drift by name, where known.
+        behind: What stands behind the estimate, where known: weight, drift and the strength at
+            which each rule fires, by name.
         modes: The share of time in each mode of the fusion with these parameters, by name.
         notes: What was left out of the recording, one line each.
     """
@@ -148,8 +150,10 @@ def score(
     estimate, explanation = recording.estimate, dict(behind or {})
     recomputed = estimate.stamps_ns.size == 0
     trace = _fused(recording.series, parameters)
-    if recomputed:
-        estimate, explanation = _computed(recording, trace)
+    computed, computed_explanation = _computed(recording, trace)
+    estimate = computed if recomputed else estimate
+    if _equal(estimate, computed):
+        explanation = {**computed_explanation, **explanation}
     estimate = _from(estimate, recording.start_ns, start_s)
     stamps_ns = estimate.stamps_ns
     series = recording.series
@@ -182,7 +186,7 @@ def score(
             for name, track in explanation.items()
             if track.stamps_ns.size
         },
-        modes=_modes(trace),
+        modes=shares_of(trace.mode.tolist(), trace.stamp_ns.tolist()),
         notes=(*recording.notes, *_single(matched)),
     )
 
@@ -222,13 +226,6 @@ def _fused(series: Series, parameters: Parameters) -> Trace:
     return _rising(trace.rows(trace.mode != WAITING))
 
 
-def _modes(trace: Trace) -> dict[str, float]:
-    shares = ModeShares()
-    for mode, stamp_ns in zip(trace.mode.tolist(), trace.stamp_ns.tolist(), strict=True):
-        shares.see(mode, stamp_ns)
-    return shares.shares()
-
-
 def _single(values: Mapping[str, Reals]) -> list[str]:
     """Say where the estimate is one sensor throughout, digit for digit."""
     return [
@@ -239,7 +236,7 @@ def _single(values: Mapping[str, Reals]) -> list[str]:
 
 
 def _computed(recording: Recording, trace: Trace) -> tuple[Track, dict[str, Track]]:
-    """Return estimates as a track, with their weight and drift."""
+    """Return estimates as a track, with their weight, drift and firing strengths."""
     log_ns = np.where(
         trace.mode == S2_ONLY,
         _log_at(recording.s2, trace.stamp_ns),
@@ -249,13 +246,24 @@ def _computed(recording: Recording, trace: Trace) -> tuple[Track, dict[str, Trac
     def track(values: Reals) -> Track:
         return Track(trace.stamp_ns, values, log_ns)
 
-    return track(trace.value), {"weight": track(trace.weight), "drift": track(trace.drift)}
+    explanation = {"weight": track(trace.weight), "drift": track(trace.drift)}
+    explanation |= {
+        name: track(column) for name, column in zip(RULES, trace.strengths.T, strict=True)
+    }
+    return track(trace.value), explanation
 
 
 def _rising(trace: Trace) -> Trace:
     """Return the rows whose stamps are newer than all before them, as the node publishes them."""
     newest_ns = np.maximum.accumulate(trace.stamp_ns)
     return trace.rows(np.diff(newest_ns, prepend=0) > 0)
+
+
+def _equal(estimate: Track, computed: Track) -> bool:
+    """Return whether the estimates are those of the fusion with these parameters, bit for bit."""
+    return np.array_equal(estimate.stamps_ns, computed.stamps_ns) and np.array_equal(
+        estimate.values, computed.values
+    )
 
 
 def _log_at(track: Track, stamps_ns: Stamps) -> Stamps:

@@ -45,8 +45,20 @@ def candidate_lines(tuned: Tuned, unit: str) -> list[str]:
         tuned: The result of tuning.
         unit: Unit of the signal, ``""`` where it is not known.
     """
+    return [
+        f"{error_title(tuned, unit)}:",
+        *text_table(candidates(tuned), align="lrrl").splitlines(),
+    ]
+
+
+def error_title(tuned: Tuned, unit: str) -> str:
+    """Return what the errors of the candidates are, in words."""
     against = "truth" if tuned.with_truth else "reference made from both sensors"
-    head = f"RMSE{f' in {unit}' if unit else ''} against the {against}:"
+    return f"RMSE{f' in {unit}' if unit else ''} against the {against}"
+
+
+def candidates(tuned: Tuned) -> list[tuple[str, str, str, str]]:
+    """Return the candidates and the baselines as rows of a table, below one of headers."""
     rows = [("candidate", "fitted", "unseen", "")]
     rows += [
         (
@@ -62,7 +74,7 @@ def candidate_lines(tuned: Tuned, unit: str) -> list[str]:
         for name, error in tuned.baseline_errors.items()
         if name not in {"s1", "s2"}
     ]
-    return [head, *text_table(rows, align="lrrl").splitlines()]
+    return rows
 
 
 def outcome(tuned: Tuned, unit: str) -> str:

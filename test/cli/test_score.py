@@ -63,6 +63,44 @@ def test_a_plot_is_drawn(bag: Path, tmp_path: Path) -> None:
     assert (tmp_path / "plot.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_a_page_is_written_for_each_bag(bag: Path, tmp_path: Path) -> None:
+    params = tmp_path / "params.yaml"
+    params.write_text("fusion_node: {ros__parameters: {qos: reliable}}  # ours\n")
+    other = write_scalars(tmp_path / "other", swing())
+    arguments = ["--params", str(params), "--report", str(tmp_path / "page.html")]
+    assert main([str(bag), str(other), *arguments]) == 0
+    for name in ("bag", "other"):
+        page = (tmp_path / f"page_{name}.html").read_text()
+        assert f"<title>score of {name}</title>" in page
+        assert "{qos: reliable}}  # ours" in page
+
+
+@pytest.mark.parametrize(
+    ("target", "problem"),
+    [
+        ("bag/page.html", "is an input: name another file to write to"),
+        ("page.png", "expected a name that ends in .html"),
+        ("bag/metadata.yaml/page.html", "is an input"),
+        ("params.yaml/page.html", "is an input"),
+    ],
+)
+def test_a_target_that_cannot_be_is_refused_before_the_work(
+    bag: Path,
+    target: str,
+    problem: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    before = sorted(tmp_path.rglob("*"))
+    assert main([str(bag), "--params", "params.yaml", "--report", target]) == 2
+    out, said = capsys.readouterr()
+    assert out == ""
+    assert problem in said
+    assert sorted(tmp_path.rglob("*")) == before
+
+
 def test_a_regression_is_named(
     bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

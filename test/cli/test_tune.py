@@ -52,7 +52,10 @@ def test_it_writes_what_node_and_score_take(
 ) -> None:
     output = tmp_path / "new" / "tuned.yaml"
     arguments = [str(bag), "--output", str(output), "--unit", "rad"]
-    assert main([*arguments, "--plot", str(tmp_path / "a.png"), "--json", str(tmp_path / "a")]) == 0
+    results = {"--plot": "a.png", "--json": "a", "--report": "a.html"}
+    arguments += [text for name, file in results.items() for text in (name, str(tmp_path / file))]
+    assert main(arguments) == 0
+    assert "<title>tune to bag</title>" in (tmp_path / "a.html").read_text()
     out, said = capsys.readouterr()
     assert said == ""
     for part in (

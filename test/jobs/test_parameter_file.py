@@ -7,7 +7,12 @@ from pathlib import Path
 import pytest
 
 from fuzzy_fusion_ros.baselines import BaselineParameters
-from fuzzy_fusion_ros.jobs.parameter_file import baseline_parameters, fusion_parameters, write
+from fuzzy_fusion_ros.jobs.parameter_file import (
+    baseline_parameters,
+    fusion_parameters,
+    text,
+    text_of,
+)
 from fuzzy_fusion_ros.parameters.errors import ParameterError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
@@ -16,15 +21,18 @@ from fuzzy_fusion_ros.parameters.group import replace
 def test_parameters_are_given_as_such_as_a_file_or_not_at_all(tmp_path: Path) -> None:
     parameters = replace(Parameters(), {"trigger": "pair"})
     baselines = replace(BaselineParameters(), {"kalman.s1_noise": 3.0})
-    path = tmp_path / "new" / "tuned.yaml"
-    write(path, parameters, baselines, ["Made by hand."])
+    path = tmp_path / "tuned.yaml"
+    path.write_text(text(parameters, baselines, ["Made by hand."]))
     assert path.read_text().startswith("# Made by hand.")
+    assert text_of(path) == path.read_text()
     for source in (path, str(path)):
         assert fusion_parameters(source) == parameters
         assert baseline_parameters(source) == baselines
     assert fusion_parameters(parameters) is parameters
     assert baseline_parameters(parameters) is None
     assert fusion_parameters(None) == Parameters()
+    path.write_text(text_of(parameters))
+    assert fusion_parameters(path) == parameters
     with pytest.raises(ParameterError, match="cannot be read"):
         fusion_parameters(tmp_path)
 

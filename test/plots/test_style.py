@@ -11,7 +11,8 @@ import pytest
 
 from fuzzy_fusion_ros.baselines import BASELINES
 from fuzzy_fusion_ros.parameters.errors import FusionError
-from fuzzy_fusion_ros.plots.style import COLOURS, NAMES, WIDTH_PX, new_figure, save, styled
+from fuzzy_fusion_ros.plots.names import COLOURS, NAMES
+from fuzzy_fusion_ros.plots.style import WIDTH_PX, new_figure, save, styled
 
 # Linear RGB to what people with each of the three kinds of colour blindness see: Viénot, Brettel
 # and Mollon, "Digital video colourmaps for checking the legibility of displays by dichromats"

@@ -19,7 +19,6 @@ from fuzzy_fusion_ros.plots.traces import (
     _draw,
     _draw_errors,
     _draw_traces,
-    plot_paths,
     plot_score,
 )
 from fuzzy_fusion_ros.scoring.score import Score, score_bag
@@ -88,14 +87,6 @@ def test_a_long_series_keeps_its_peaks() -> None:
     drawn = np.asarray(line.get_ydata())
     assert drawn.size == 2 * COLUMNS
     assert (drawn.min(), drawn.max()) == (-7.0, 5.0)
-
-
-def test_several_bags_get_files_of_their_own(score: Score) -> None:
-    assert plot_paths("out/p.png", [score]) == [Path("out/p.png")]
-    others = [score._replace(name="bags/one"), score._replace(name="two.mcap")]
-    assert plot_paths("out/p.png", others) == [Path("out/p_one.png"), Path("out/p_two.png")]
-    same_name = [score._replace(name="one/bag"), score._replace(name="two/bag")]
-    assert plot_paths("out/p.png", same_name) == [Path("out/p_1_bag.png"), Path("out/p_2_bag.png")]
 
 
 def test_what_is_constant_but_for_rounding_is_not_drawn(score: Score, tmp_path: Path) -> None:

@@ -10,9 +10,12 @@ import pytest
 from bag.recorded import Scalar, read, swing, write_scalars
 from numpy.typing import NDArray
 
+from fuzzy_fusion_ros.bag import BagWriter, open_bag
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, baselines_for
 from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.batch.series import Series
+from fuzzy_fusion_ros.messages.outputs import RULES
+from fuzzy_fusion_ros.offline.replay import replay
 from fuzzy_fusion_ros.offline.topics import Topics
 from fuzzy_fusion_ros.parameters.errors import BagError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
@@ -106,17 +109,37 @@ def test_without_an_estimate_the_fusion_runs(tmp_path: Path) -> None:
     score = scored(path)
     assert score.recomputed
     assert score.of == 500
-    assert set(score.behind) == {"weight", "drift"}
+    assert set(score.behind) == {"weight", "drift", *RULES}
+    assert sum(score.behind[rule] for rule in RULES) == pytest.approx(np.ones(500))
     other = scored(path, changes={"aggregator.weight.small": 0.9})
     assert other.scores("estimate")["rmse"] != score.scores("estimate")["rmse"]
     assert other.scores("kalman") == score.scores("kalman")
 
 
-def test_weight_and_drift_come_from_the_bag(tmp_path: Path) -> None:
+def test_what_stands_behind_the_estimate_comes_from_the_bag(tmp_path: Path) -> None:
     beside = [Scalar("/fusion_node/weight", k * 0.01, 0.25, log_s=5.0) for k in range(500)]
-    score = scored(write_scalars(tmp_path / "bag", [*swing(), *beside]))
+    path = write_scalars(tmp_path / "bag", [*swing(), *beside])
+    score = scored(path)
     assert list(score.behind) == ["weight"]
     assert set(score.behind["weight"]) == {0.25}
+
+
+def test_estimates_are_explained_by_their_replay_or_by_equal_ones(tmp_path: Path) -> None:
+    changes: dict[str, object] = {"aggregator.weight.small": 0.9}
+    source = write_scalars(tmp_path / "bag", swing())
+    with open_bag(source) as bag:
+        replay(bag, tmp_path / "replayed", Topics(), replace(Parameters(), changes))
+    kept = ("/s1", "/s2", "/truth", "/estimate")
+    with open_bag(tmp_path / "replayed") as bag, BagWriter(tmp_path / "bare") as writer:
+        for message in bag.messages(kept):
+            writer.write(*message)
+    explained = scored(tmp_path / "replayed").behind
+    assert set(explained) == {"weight", "drift", *RULES}
+    equal = scored(tmp_path / "bare", changes=changes).behind
+    assert {name: values.tolist() for name, values in equal.items()} == {
+        name: values.tolist() for name, values in explained.items()
+    }
+    assert scored(tmp_path / "bare").behind == {}
 
 
 def test_baselines_follow_the_recording_or_what_is_given(bag: Path) -> None:

@@ -1,0 +1,1 @@
+"""Reports of a recording as one self-contained page, for a browser without a network."""

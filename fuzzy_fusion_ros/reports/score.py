@@ -1,0 +1,51 @@
+"""The page of ``score --report``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fuzzy_fusion_ros.batch.arrays import Reals
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.plots.names import COLOURS, NAMES
+from fuzzy_fusion_ros.reports.charts import charts
+from fuzzy_fusion_ros.reports.page import Line, Page, Table, shares
+from fuzzy_fusion_ros.reports.rules import rule_base
+from fuzzy_fusion_ros.scoring.report import cells, outline
+from fuzzy_fusion_ros.scoring.score import Score
+
+LINES = tuple(
+    Line(name, NAMES[name], COLOURS[name], steps=name == "s2", width=width)
+    for name, width in (("s1", 1.0), ("s2", 2.0), ("estimate", 1.5), ("truth", 1.0))
+)
+
+
+def score_page(score: Score, parameters: Parameters, source: str) -> Page:
+    """Return the page of a scored recording.
+
+    Args:
+        score: The recording, scored.
+        parameters: Of the fusion.
+        source: The parameters as a file.
+    """
+    rows = cells(score)
+    return Page(
+        title=f"score of {Path(score.name).name}",
+        lead=outline(score),
+        notes=score.notes,
+        tables=[Table("scores", rows[:2], rows[2:])],
+        facts=(),
+        modes=score.modes,
+        time_s=score.time_s,
+        series=_series(score),
+        charts=charts(LINES, score.unit, score.behind),
+        rules=rule_base(parameters.aggregator, score.unit),
+        parameters=source,
+    )
+
+
+def _series(score: Score) -> dict[str, Reals]:
+    series = {"truth": score.truth}
+    series |= {name: score.values[name] for name in ("s1", "s2", "estimate")}
+    for name, values in score.behind.items():
+        series[name] = values if name == "drift" else shares(values)
+    return series

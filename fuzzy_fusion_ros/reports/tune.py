@@ -1,0 +1,84 @@
+"""The page of ``tune --report``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from fuzzy_fusion_ros.batch.arrays import Reals
+from fuzzy_fusion_ros.batch.series import (
+    WORTH_COMPILING,
+    Series,
+    Trace,
+    fusion,
+    held_s2,
+    run,
+    seconds,
+)
+from fuzzy_fusion_ros.core.estimator import WAITING
+from fuzzy_fusion_ros.messages.outputs import RULES
+from fuzzy_fusion_ros.online.mode_shares import shares_of
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.plots.names import COLOURS, NAMES
+from fuzzy_fusion_ros.reports.charts import charts
+from fuzzy_fusion_ros.reports.page import Line, Page, Table, shares
+from fuzzy_fusion_ros.reports.rules import rule_base
+from fuzzy_fusion_ros.tuning import Tuned
+from fuzzy_fusion_ros.tuning.report import candidates, described, error_title, outcome
+
+
+def tune_page(tuned: Tuned, series: Series, unit: str, name: str, origin: str, source: str) -> Page:
+    """Return the page of a fit.
+
+    Args:
+        tuned: The fit.
+        series: What it was made to.
+        unit: Unit of the signal, ``""`` where it is not known.
+        name: The bag.
+        origin: Bag, span and seed, in words.
+        source: The parameters as a file.
+    """
+    series = series.at_s1()
+    before, after = (_trace(each, series) for each in (tuned.before, tuned.parameters))
+    fused = after.mode != WAITING
+    target = NAMES["truth"] if tuned.with_truth else "reference"
+    lines = (
+        Line("s1", NAMES["s1"], COLOURS["s1"], width=1.0),
+        Line("s2", NAMES["s2"], COLOURS["s2"], steps=True, width=2.0),
+        Line("before", "estimate before", COLOURS["average"]),
+        Line("estimate", "estimate after", COLOURS["estimate"]),
+        Line("truth", target, COLOURS["truth"], width=1.0),
+    )
+    behind = {"weight": shares(after.weight), "drift": after.drift}
+    behind |= zip(RULES, shares(after.strengths.T), strict=True)
+    rows = candidates(tuned)
+    return Page(
+        title=f"tune to {Path(name).name}",
+        lead=f"{origin}. {outcome(tuned, unit)}",
+        notes=(),
+        tables=[Table(error_title(tuned, unit), rows[:1], rows[1:])],
+        facts=described(tuned.sensors, unit),
+        modes=shares_of(*(each[fused].tolist() for each in (after.mode, after.stamp_ns))),
+        time_s=seconds(series)[0],
+        series={
+            "s1": series.s1,
+            "s2": held_s2(series),
+            "before": _known(before, before.value),
+            "estimate": _known(after, after.value),
+            "truth": np.where(tuned.counted, tuned.target, np.nan),
+            **{name: _known(after, values) for name, values in behind.items()},
+        },
+        charts=charts(lines, unit, behind),
+        rules=rule_base(tuned.parameters.aggregator, unit),
+        parameters=source,
+    )
+
+
+def _trace(parameters: Parameters, series: Series) -> Trace:
+    return run(fusion(parameters), series, compile_from=WORTH_COMPILING)
+
+
+def _known(trace: Trace, values: Reals) -> Reals:
+    """Return what is known at each sample, NaN while the fusion waits."""
+    return np.where(trace.mode == WAITING, np.nan, values)
