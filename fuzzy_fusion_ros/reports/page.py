@@ -134,7 +134,7 @@ def rendered(page: Page) -> str:
     text = text.replace("@@title@@", html.escape(page.title))
     for mark, name in _PARTS.items():
         text = text.replace(mark, (folder / name).read_text(encoding="utf-8"))
-    document = json.dumps(_document(page), allow_nan=False, ensure_ascii=False)
+    document = json.dumps(_document(page), allow_nan=False)
     return text.replace("@@data@@", document.replace("<", "\\u003c"))
 
 

@@ -12,6 +12,7 @@ from fuzzy_fusion_ros.reports.page import Line, Page, Table, shares
 from fuzzy_fusion_ros.reports.rules import rule_base
 from fuzzy_fusion_ros.scoring.report import cells, outline
 from fuzzy_fusion_ros.scoring.score import Score
+from fuzzy_fusion_ros.text.visible import visible
 
 LINES = tuple(
     Line(name, NAMES[name], COLOURS[name], steps=name == "s2", width=width)
@@ -29,7 +30,7 @@ def score_page(score: Score, parameters: Parameters, source: str) -> Page:
     """
     rows = cells(score)
     return Page(
-        title=f"score of {Path(score.name).name}",
+        title=f"score of {visible(Path(score.name).name)}",
         lead=outline(score),
         notes=score.notes,
         tables=[Table("scores", rows[:2], rows[2:])],

@@ -24,6 +24,7 @@ from fuzzy_fusion_ros.plots.names import COLOURS, NAMES
 from fuzzy_fusion_ros.reports.charts import charts
 from fuzzy_fusion_ros.reports.page import Line, Page, Table, shares
 from fuzzy_fusion_ros.reports.rules import rule_base
+from fuzzy_fusion_ros.text.visible import visible
 from fuzzy_fusion_ros.tuning import Tuned
 from fuzzy_fusion_ros.tuning.report import candidates, described, error_title, outcome
 
@@ -54,7 +55,7 @@ def tune_page(tuned: Tuned, series: Series, unit: str, name: str, origin: str, s
     behind |= zip(RULES, shares(after.strengths.T), strict=True)
     rows = candidates(tuned)
     return Page(
-        title=f"tune to {Path(name).name}",
+        title=f"tune to {visible(Path(name).name)}",
         lead=f"{origin}. {outcome(tuned, unit)}",
         notes=(),
         tables=[Table(error_title(tuned, unit), rows[:1], rows[1:])],

@@ -94,6 +94,11 @@ def test_a_page_fetches_nothing_and_no_text_breaks_out_of_it() -> None:
     assert json.loads(parts.data)["parameters"] == page.parameters
 
 
+def test_a_name_that_is_no_utf_8_is_written(tmp_path: Path) -> None:
+    write_page(made(noise(5), lead="bag \udcff"), tmp_path / "page.html")
+    assert "\\udcff" in (tmp_path / "page.html").read_text(encoding="utf-8")
+
+
 @pytest.mark.parametrize("values", [[1.5, -0.1, 3e38, 0.0], [np.nan, 1.0], [7.0]])
 def test_arrays_come_out_as_they_went_in(values: list[float]) -> None:
     assert np.array_equal(unpacked(packed(np.array(values))), np.float32(values), equal_nan=True)
