@@ -30,11 +30,11 @@ venv: ## set up .venv: ROS 2 Jazzy, all that is needed here, and the package, ed
 
 .PHONY: demo
 demo: venv ## close the loop over DDS, record, replay, score, plot
-	@$(RUN) demo $(ARGS)
+	@$(RUN) fuzzy-fusion demo $(ARGS)
 
 .PHONY: reproduce
 reproduce: venv ## the paper's figures, and its claims as a table
-	@$(RUN) reproduce $(ARGS)
+	@$(RUN) fuzzy-fusion reproduce $(ARGS)
 
 .PHONY: docs
 docs: venv ## fill tables and pictures of README and docs with what the commands print

@@ -19,6 +19,7 @@ EXECUTABLES = (
 
 RUNTIME = [
     "PyYAML",
+    "argcomplete",
     "lz4",
     "matplotlib>=3.6",
     "mcap>=1.2,<2",
@@ -76,32 +77,41 @@ TEST = [
     "wheel",
 ]
 
-# What pip puts where `ros2 run` looks. The program itself, with the interpreter of its
-# environment in the first line, is in bin/ of the same prefix.
+# What `ros2 run` finds. The program itself, with the interpreter of its environment in the first
+# line, is in bin/ of the same prefix.
 LAUNCHER = """\
 #!/bin/sh
-exec "$(dirname "$(readlink -f "$0")")/../../bin/{executable}" "$@"
+exec "$(dirname "$(readlink -f "$0")")/../../bin/fuzzy-fusion" {executable} "$@"
 """
 
 
-class InstallData(Distribution().get_command_class("install_data")):
-    """Installs the data files, and lib/<package>/<executable> where nothing else does.
+def write_launchers(prefix):
+    """Write lib/<package>/<executable> below a prefix; return the paths."""
+    folder = Path(prefix, "lib", PACKAGE)
+    folder.mkdir(parents=True, exist_ok=True)
+    launchers = [folder / executable for executable in EXECUTABLES]
+    for launcher in launchers:
+        launcher.write_text(LAUNCHER.format(executable=launcher.name))
+        launcher.chmod(0o755)
+    return [str(launcher) for launcher in launchers]
 
-    colcon has the executables themselves put there (setup.cfg); pip knows only bin/.
-    """
+
+class InstallData(Distribution().get_command_class("install_data")):
+    """Installs the data files and the launchers."""
 
     def run(self):
         """Install the data files, then the launchers."""
         super().run()
-        launchers = Path(self.install_dir, "lib", PACKAGE)
-        if launchers == Path(self.get_finalized_command("install").install_scripts):
-            return
-        launchers.mkdir(parents=True, exist_ok=True)
-        for executable in EXECUTABLES:
-            launcher = launchers / executable
-            launcher.write_text(LAUNCHER.format(executable=executable))
-            launcher.chmod(0o755)
-            self.outfiles.append(str(launcher))
+        self.outfiles += write_launchers(self.install_dir)
+
+
+class Develop(Distribution().get_command_class("develop")):
+    """Installs for colcon --symlink-install, which brings an install_data of its own."""
+
+    def install_for_development(self):
+        """Install the links to the sources, then the launchers."""
+        super().install_for_development()
+        write_launchers(Path(self.script_dir).parent)
 
 
 def share(folder):
@@ -130,10 +140,11 @@ setup(
         *share("bags"),
     ],
     entry_points={
-        "console_scripts": [f"{name} = {PACKAGE}.cli.{name}:main" for name in EXECUTABLES]
+        "console_scripts": [f"fuzzy-fusion = {PACKAGE}.cli.program:main"],
+        "ros2cli.command": [f"fusion = {PACKAGE}.cli.ros2:FusionCommand"],
     },
     install_requires=RUNTIME,
     extras_require={"ros": ROS, "generators": GENERATORS, "speed": ["numba"], "test": TEST},
-    cmdclass={"install_data": InstallData},
+    cmdclass={"install_data": InstallData, "develop": Develop},
     zip_safe=False,
 )

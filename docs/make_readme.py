@@ -73,9 +73,11 @@ def draw_minute(path: Path) -> None:
     plot_score(found._replace(behind={}), path)
 
 
-def call(command: str, *arguments: str, allowed: Sequence[int] = (0,)) -> None:
-    """Run one of our commands; end with its status if that is not allowed."""
-    done = subprocess.run([command, *arguments], cwd=ROOT, stdout=subprocess.DEVNULL, check=False)
+def call(*arguments: str, allowed: Sequence[int] = (0,)) -> None:
+    """Run a command; end with its status if that is not allowed."""
+    done = subprocess.run(
+        ["fuzzy-fusion", *arguments], cwd=ROOT, stdout=subprocess.DEVNULL, check=False
+    )
     if done.returncode not in allowed:
         sys.exit(done.returncode)
 

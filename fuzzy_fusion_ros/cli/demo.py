@@ -25,15 +25,7 @@ METRICS = ("rmse", "mae", "max", "bias", "lag")
 @command("demo")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the demo; return whether replay and simulation are the live run."""
-    parser = Parser("demo", __doc__)
-    parser.add_argument(
-        "--output",
-        metavar="DIR",
-        default="out/demo",
-        help="directory for bags and plots {out/demo}",
-    )
-    options.add_seed(parser)
-    given = parser.parse_args(arguments)
+    given = command_line().parse_args(arguments)
     from fuzzy_fusion_ros.jobs.demo import demo  # after parsing: takes time to import
 
     found = demo(given.output, seed=given.seed, progress=BARS)
@@ -65,3 +57,16 @@ def _report(found: DemoResult) -> str:
             f"{summary(found.pendulum)}\n{table(found.pendulum, METRICS)}",
         )
     )
+
+
+def command_line() -> Parser:
+    """Return the parser of its arguments."""
+    parser = Parser("demo", __doc__)
+    parser.add_argument(
+        "--output",
+        metavar="DIR",
+        default="out/demo",
+        help="directory for bags and plots {out/demo}",
+    )
+    options.add_seed(parser)
+    return parser

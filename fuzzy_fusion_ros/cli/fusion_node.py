@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fuzzy_fusion_ros.cli.status import command
+from fuzzy_fusion_ros.parameters.arguments import Parser
 from fuzzy_fusion_ros.ros.process import Stop
 
 TOPICS = """\
@@ -25,7 +26,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the node until it is told to stop."""
 
     with Stop() as stop:  # before the imports that take long
-        from fuzzy_fusion_ros.parameters.fusion import Parameters
         from fuzzy_fusion_ros.ros.command_line import run_node
 
         def load() -> type:
@@ -33,4 +33,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
             return FusionNode
 
-        return run_node(stop, "fusion_node", __doc__, TOPICS, Parameters, load, arguments)
+        return run_node(stop, command_line(), load, arguments)
+
+
+def command_line() -> Parser:
+    """Return the parser of its arguments."""
+    from fuzzy_fusion_ros.parameters.fusion import Parameters
+    from fuzzy_fusion_ros.ros.command_line import node_parser
+
+    return node_parser("fusion_node", __doc__, TOPICS, Parameters)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fuzzy_fusion_ros.cli.status import command
+from fuzzy_fusion_ros.parameters.arguments import Parser
 from fuzzy_fusion_ros.ros.process import Stop
 
 TOPICS = """\
@@ -23,7 +24,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the node until the end of the run, or until it is told to stop."""
 
     with Stop() as stop:  # before the imports that take long
-        from fuzzy_fusion_ros.nodes.parameters import PendulumParameters
         from fuzzy_fusion_ros.ros.command_line import run_node
 
         def load() -> type:
@@ -31,4 +31,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
             return PendulumNode
 
-        return run_node(stop, "pendulum_node", __doc__, TOPICS, PendulumParameters, load, arguments)
+        return run_node(stop, command_line(), load, arguments)
+
+
+def command_line() -> Parser:
+    """Return the parser of its arguments."""
+    from fuzzy_fusion_ros.nodes.parameters import PendulumParameters
+    from fuzzy_fusion_ros.ros.command_line import node_parser
+
+    return node_parser("pendulum_node", __doc__, TOPICS, PendulumParameters)

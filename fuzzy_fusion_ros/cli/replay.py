@@ -23,7 +23,7 @@ from fuzzy_fusion_ros.parameters.errors import UsageError
 @command("replay")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Replay a bag."""
-    given = _parser().parse_args(arguments)
+    given = command_line().parse_args(arguments)
     return _play(given) if given.live else _replay(given)
 
 
@@ -65,7 +65,8 @@ def _play(given: argparse.Namespace) -> int:
     return DONE
 
 
-def _parser() -> Parser:
+def command_line() -> Parser:
+    """Return the parser of its arguments."""
     parser = Parser("replay", __doc__)
     parser.add_argument("bag", metavar="BAG", help="rosbag2 directory or .mcap file")
     parser.add_argument(

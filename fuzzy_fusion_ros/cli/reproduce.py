@@ -28,7 +28,7 @@ FIRST_SEED = 1000
 @command("reproduce")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Draw the figures, print the claims, and return whether all of them hold."""
-    given = _parser().parse_args(arguments)
+    given = command_line().parse_args(arguments)
     from fuzzy_fusion_ros.jobs.reproduce import reproduce  # after parsing: takes time to import
 
     done = reproduce(
@@ -56,7 +56,8 @@ def _report(done: Reproduction, given: argparse.Namespace) -> None:
     say("reproduce", f"figures and the numbers behind them are in {given.output}")
 
 
-def _parser() -> Parser:
+def command_line() -> Parser:
+    """Return the parser of its arguments."""
     parser = Parser("reproduce", __doc__)
     parser.add_argument(
         "--output",

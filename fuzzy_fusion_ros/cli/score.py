@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 @command("score")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Score one or several bags; return whether the estimate is no worse than before."""
-    given = _parser().parse_args(arguments)
+    given = command_line().parse_args(arguments)
     topics, window = options.topics_of(given), options.window_of(given)
     options.require_results(given, *given.bag, given.params, given.baseline)
     from fuzzy_fusion_ros.jobs.score import score  # after parsing: takes time to import
@@ -93,7 +93,8 @@ def _check(documents: dict[str, dict[str, Any]], before: dict[str, Any], percent
     return status
 
 
-def _parser() -> Parser:
+def command_line() -> Parser:
+    """Return the parser of its arguments."""
     parser = Parser("score", __doc__)
     parser.add_argument(
         "bag", metavar="BAG", nargs="+", help="rosbag2 directory or .mcap file; one or several"

@@ -16,7 +16,7 @@ from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import BARS
 from fuzzy_fusion_ros.cli.status import DONE, command, say, show
 from fuzzy_fusion_ros.jobs.outputs import require_no_input
-from fuzzy_fusion_ros.parameters.arguments import Parser
+from fuzzy_fusion_ros.parameters.arguments import Parser, called
 
 if TYPE_CHECKING:
     from fuzzy_fusion_ros.jobs.tune import TuneResult
@@ -27,7 +27,7 @@ OUTPUT = "tuned.yaml"
 @command("tune")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Tune to a bag."""
-    given = _parser().parse_args(arguments)
+    given = command_line().parse_args(arguments)
     topics, window = options.topics_of(given), options.window_of(given)
     from fuzzy_fusion_ros.batch.compiled import can_compile
     from fuzzy_fusion_ros.jobs.tune import tune  # after parsing: takes time to import
@@ -90,10 +90,11 @@ def _command(given: argparse.Namespace) -> str:
         for role, topic in (("s1", topics.s1), ("s2", topics.s2))
         if topic != f"/{role}"
     ]
-    return " ".join(["fusion_node --ros-args --params-file", given.output, *remaps])
+    return " ".join([called("fusion_node"), "--ros-args --params-file", given.output, *remaps])
 
 
-def _parser() -> Parser:
+def command_line() -> Parser:
+    """Return the parser of its arguments."""
     parser = Parser("tune", __doc__)
     parser.add_argument("bag", metavar="BAG", help="rosbag2 directory or .mcap file")
     parser.add_argument(

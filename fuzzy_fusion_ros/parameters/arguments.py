@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import sys
 import textwrap
+from pathlib import Path
 from typing import Any, NoReturn
 
 from fuzzy_fusion_ros.parameters.errors import UsageError
 from fuzzy_fusion_ros.text.table import WIDTH
+
+PROGRAM = "fuzzy-fusion"
+"""The one program that an installation puts on PATH."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -17,12 +22,12 @@ class Parser(argparse.ArgumentParser):
         """Create a parser.
 
         Args:
-            name: The command.
+            name: The command; empty for the program of all commands.
             description: What it does, in paragraphs.
             options: As :class:`argparse.ArgumentParser` takes them.
         """
         super().__init__(
-            prog=name,
+            prog=called(name),
             description=_filled(description or ""),
             formatter_class=argparse.RawDescriptionHelpFormatter,
             allow_abbrev=False,
@@ -36,6 +41,12 @@ class Parser(argparse.ArgumentParser):
             UsageError: Always.
         """
         raise UsageError(f"{message}; see {self.prog} --help")
+
+
+def called(name: str) -> str:
+    """Return how a command is called in the set-up in which this process was started."""
+    program = "ros2 fusion" if Path(sys.argv[0]).name == "ros2" else PROGRAM
+    return f"{program} {name}".strip()
 
 
 def _filled(text: str) -> str:

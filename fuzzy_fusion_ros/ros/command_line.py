@@ -20,10 +20,7 @@ USAGE = """\
 
 def run_node(
     stop: Stop,
-    name: str,
-    about: str | None,
-    topics: str,
-    parameters: type[Group],
+    parser: Parser,
     load: Callable[[], Callable[..., Any]],
     arguments: Sequence[str] | None,
 ) -> int:
@@ -31,10 +28,7 @@ def run_node(
 
     Args:
         stop: Has taken over the signals.
-        name: The executable.
-        about: What it does.
-        topics: Its topics and services, in lines for ``--help``.
-        parameters: Its group of parameters.
+        parser: Of the node's own arguments, from :func:`node_parser`.
         load: Imports and returns the node's class.
         arguments: The command line without the program; that of the process unless given.
 
@@ -42,7 +36,7 @@ def run_node(
         FusionError: The arguments cannot be used, or the node gives up.
     """
     own, ros = split(sys.argv[1:] if arguments is None else list(arguments))
-    given = _parser(name, about, topics, parameters).parse_args(own)
+    given = parser.parse_args(own)
     ros = [*(word for path in given.params for word in ("--params-file", path)), *ros]
     paths = [path for flag, path in pairwise(ros) if flag == "--params-file"]
     for path in paths:
@@ -51,7 +45,15 @@ def run_node(
     return 0
 
 
-def _parser(name: str, about: str | None, topics: str, parameters: type[Group]) -> Parser:
+def node_parser(name: str, about: str | None, topics: str, parameters: type[Group]) -> Parser:
+    """Return the parser of a node's own arguments, which are not for ROS.
+
+    Args:
+        name: The executable.
+        about: What it does.
+        topics: Its topics and services, in lines for ``--help``.
+        parameters: Its group of parameters.
+    """
     parser = Parser(
         name,
         about,

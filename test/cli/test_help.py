@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[2]
 COMMANDS = sorted(
     path.stem
     for path in (ROOT / "fuzzy_fusion_ros" / "cli").glob("*.py")
-    if "@command(" in path.read_text()
+    if '@command("' in path.read_text()
 )
 HEAVY = {"matplotlib", "numba", "numpy", "rclpy", "scipy", "tqdm"}
 
@@ -36,6 +36,6 @@ finally:
         check=False,
     )
     assert done.returncode == 0
-    assert done.stdout.startswith(f"usage: {command}")
+    assert done.stdout.startswith(f"usage: fuzzy-fusion {command}")
     assert max(map(len, done.stdout.splitlines())) <= 80
     assert HEAVY & set(done.stderr.split()) == set()

@@ -10,7 +10,7 @@ from fuzzy_fusion_ros.parameters.fusion import Parameters
 PATH = Path(__file__).parents[2] / "config" / "fusion_node.yaml"
 COMMENTS = (
     "All parameters of fusion_node, at their defaults.",
-    "fusion_node --params config/fusion_node.yaml",
+    "fuzzy-fusion fusion_node --params config/fusion_node.yaml",
 )
 
 if __name__ == "__main__":

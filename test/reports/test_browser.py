@@ -22,7 +22,7 @@ from fuzzy_fusion_ros.reports.tune import tune_page
 from fuzzy_fusion_ros.scoring.score import Score
 from fuzzy_fusion_ros.tuning import tune
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.slow("starts a browser")
 
 BAGS = Path(__file__).parents[2] / "bags"
 SCREENS = [

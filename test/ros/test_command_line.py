@@ -23,7 +23,7 @@ EXECUTABLES: dict[str, type[Group]] = {
 def test_help_names_every_parameter(harness: Harness, executable: str) -> None:
     process = harness.start(executable, "--help")
     assert (process.wait(), process.stderr) == (0, "")
-    assert process.stdout.startswith(f"usage: {executable}")
+    assert process.stdout.startswith(f"usage: fuzzy-fusion {executable}")
     for name, _, _ in descriptors(EXECUTABLES[executable]):
         assert f"\n  {name} {{" in process.stdout
 
