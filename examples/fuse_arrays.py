@@ -13,15 +13,14 @@ PARAMETERS = replace(
     Parameters(),
     {
         "s1.lowpass_time_constant": 0.03,
-        "s1.bias_time_constant": 2.0,
-        "s1.bias_moving_share": 0.5,
-        "s2.delay": 0.3,
-        **{f"aggregator.weight.{level}": 1.0 for level in ("small", "large", "very_large")},
-        "aggregator.weight.very_small": 1.0,
-        "aggregator.drift.large": 0.0,
+        "s1.bias_time_constant": 10.0,
+        "s2.noise": 0.01,
+        "s2.lag_time_constant": 0.15,
+        "s2.delay": 0.15,
     },
 )
-"""S1 low-passed and freed of its bias, which S2 teaches through its delay; tune finds better."""
+"""S1 low-passed and freed of its bias, which is learnt from S2 through its delay; tune finds
+better."""
 
 
 def main() -> None:

@@ -185,7 +185,6 @@ def test_whatever_comes_in_what_comes_out_is_finite(
     if conditioned:
         changes |= {
             "s1.lowpass_time_constant": 0.1,
-            "s1.trend_time_constant": 1.0,
             "s1.bias_time_constant": 1.0,
             "s1.drift_time_constant": 1.0,
             "s2.lag_time_constant": 0.1,

@@ -1,175 +1,70 @@
-"""Conditioning of S1 before the aggregator: our extension, off by default (contract § 7).
+"""Conditioning of S1 on its own: our extension, off by default (contract § 7).
 
-Four steps, each of which its parameter of 0 switches off: a spike is left out, the rest goes
-through a low-pass, S1's bias is learnt from what S2 would read if S1 were right, and taken off.
-Learning slows while the fuzzy rules say that the signal moves.
+Two steps, each switched off by a parameter of 0: spikes are left out, and the rest goes through
+a low-pass with a trend. What S1 is off by is learnt from S2 in :mod:`observer`.
 """
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
-from fuzzy_fusion_ros.core.aggregator import SlowSensor
-from fuzzy_fusion_ros.core.delay_line import DelayLine, delayed, empty_line, extended
-from fuzzy_fusion_ros.core.membership import large
 from fuzzy_fusion_ros.core.numerics import bounded, lag_gain, seconds_between
 from fuzzy_fusion_ros.core.silence import S1_TIMEOUT, followed, timeout_for
-from fuzzy_fusion_ros.parameters.fusion import (
-    BreakPoints,
-    FastSensorParameters,
-    SlowSensorParameters,
-)
-
-LONGEST_INTERVAL = 3
-"""S2 that comes later than after so many intervals has had a gap."""
+from fuzzy_fusion_ros.parameters.fusion import FastSensorParameters
 
 LONGEST_SPIKE = 9
-"""So many samples in a row are rejected as spikes at most; then S1 has moved."""
+"""Without S2's evidence, at most this many samples in a row are spikes; then S1 has stepped."""
+
+TREND = 5.0
+"""Time constant of the low-pass's slope, in time constants of the low-pass."""
 
 
 class Smooth(NamedTuple):
-    """S1 behind spike rejection and low-pass.
+    """S1 without spikes and low-passed.
 
     Attributes:
         level: Where S1 is, roughly: the mean of what it was and of each sample near it.
-        trust: How many spikes in a row that outlives, up to ``LONGEST_SPIKE``.
-        is_spike: Whether the last sample was one.
-        value: Output of the low-pass, unit of the signal.
-        slope: Its slope, unit of the signal per second; 0 without a trend.
+        trust: How many spikes in a row ``level`` outlives, up to ``LONGEST_SPIKE``.
+        value: S1 without spikes and low-passed, unit of the signal.
+        slope: Its slope, unit of the signal per second.
+        rejected: For how long samples have been rejected, seconds; 0 if the newest was not.
+        newest: The newest sample, rejected or not, unit of the signal.
+        step: How far S1 has just been moved to samples that were rejected for longer than its
+            timeout, unit of the signal; 0 at all other samples.
     """
 
     level: float
     trust: int
-    is_spike: bool
     value: float
     slope: float
+    rejected: float
+    newest: float
+    step: float
 
 
-class Bias(NamedTuple):
-    """What is known of S1's bias.
-
-    Attributes:
-        samples: S2 samples learnt from.
-        stamp_ns: Stamp of the newest of them.
-        interval: Time between the newest two without a gap, seconds; 0 until there are two.
-        value: The bias at that stamp, unit of the signal.
-        slope: Its drift, unit of the signal per second.
-        learnt: Time learnt from, weighted by quietness, faded in gaps, seconds.
-    """
-
-    samples: int
-    stamp_ns: int
-    interval: float
-    value: float
-    slope: float
-    learnt: float
-
-
-NO_BIAS = Bias(samples=0, stamp_ns=0, interval=0.0, value=0.0, slope=0.0, learnt=0.0)
-
-
-class Conditioned(NamedTuple):
-    """S1 as the aggregator sees it, and what conditioning keeps.
+class FastSensor(NamedTuple):
+    """S1 as conditioned.
 
     Attributes:
-        samples: S1 samples conditioned since the last start.
+        samples: Samples since the first or the last gap; 0 while every step is off.
         stamp_ns: Stamp of the newest.
-        smooth: S1 behind spike rejection and low-pass.
-        lagged: S1 behind the model of S2's lag, unit of the signal.
-        line: The recent past of ``lagged``, for the model of S2's delay.
-        bias: The bias learnt.
-        value: ``smooth.value`` less the bias, unit of the signal.
         interval: Time between samples, followed, seconds; 0 before the second.
+        smooth: S1 without spikes and low-passed.
     """
 
     samples: int
     stamp_ns: int
-    smooth: Smooth
-    lagged: float
-    line: DelayLine
-    bias: Bias
-    value: float
     interval: float
+    smooth: Smooth
 
 
-def unconditioned() -> Conditioned:
+def no_fast_sensor() -> FastSensor:
     """Return the state before any S1 sample."""
-    return Conditioned(
-        samples=0,
-        stamp_ns=0,
-        smooth=begun(0.0),
-        lagged=0.0,
-        line=empty_line(),
-        bias=NO_BIAS,
-        value=0.0,
-        interval=0.0,
-    )
-
-
-def condition(
-    s1_parameters: FastSensorParameters,
-    s2_parameters: SlowSensorParameters,
-    rate_ramp: BreakPoints,
-    kept: Conditioned,
-    s2: SlowSensor,
-    stamp_ns: int,
-    s1: float,
-) -> Conditioned:
-    """Take a sample of S1 and return it conditioned.
-
-    The first sample, also the first after a gap longer than S1's timeout, restarts everything
-    but the bias.
-
-    Args:
-        s1_parameters: The steps' parameters.
-        s2_parameters: The model of S2 that the bias is learnt through.
-        rate_ramp: Break points of ``|dS2/dt|``: quiet is the grade of *small*.
-        kept: What conditioning kept from the last sample.
-        s2: S2 as held.
-        stamp_ns: Stamp of this sample, later than that of the last.
-        s1: The sample, finite.
-    """
-    if is_off(s1_parameters):
-        return passed_through(kept, stamp_ns, s1)
-    s1 = bounded(s1)
-    dt = seconds_between(kept.stamp_ns, stamp_ns)
-    smooth = begun(s1)
-    lagged = s1
-    line = kept.line
-    bias = NO_BIAS
-    longest = timeout_for(s1_parameters.timeout, S1_TIMEOUT, kept.interval)
-    continues = kept.samples > 0 and dt <= longest
-    if continues:
-        smooth = low_pass(s1_parameters, kept.smooth, s1, dt)
-        passed = smooth.value if smooth.is_spike else s1
-        lagged = kept.lagged + lag_gain(dt, s2_parameters.lag_time_constant) * (
-            passed - kept.lagged
-        )
-    if s1_parameters.bias_time_constant > 0.0:
-        bias = kept.bias
-        if not continues:
-            line = empty_line()
-        if s2.samples > 0 and s2.stamp_ns != bias.stamp_ns:
-            error = delayed(line, stamp_ns, lagged, s2.stamp_ns, s2_parameters.delay)
-            error = bounded(error - s2.value)
-            quiet = 1.0 - large(abs(s2.rate), rate_ramp)
-            bias = learn_bias(s1_parameters, bias, s2.stamp_ns, error, quiet)
-        line = extended(line, stamp_ns, lagged, s2_parameters.delay)
-    return Conditioned(
-        samples=kept.samples + 1,
-        stamp_ns=stamp_ns,
-        smooth=smooth,
-        lagged=lagged,
-        line=line,
-        bias=bias,
-        value=smooth.value - bias_at(s1_parameters, bias, stamp_ns),
-        interval=followed(kept.interval, dt) if kept.samples > 0 else 0.0,
-    )
+    return FastSensor(samples=0, stamp_ns=0, interval=0.0, smooth=begun(0.0))
 
 
 def is_off(parameters: FastSensorParameters) -> bool:
-    """Return whether every step is switched off: S1 then passes as it is."""
+    """Return whether S1 passes as it is: neither conditioned nor corrected by an observer."""
     return (
         parameters.spike_threshold <= 0.0
         and parameters.lowpass_time_constant <= 0.0
@@ -177,90 +72,130 @@ def is_off(parameters: FastSensorParameters) -> bool:
     )
 
 
-def passed_through(kept: Conditioned, stamp_ns: int, s1: float) -> Conditioned:
-    """Return a sample of S1 as it is; conditioning starts anew when it is switched on."""
-    return Conditioned(0, stamp_ns, kept.smooth, kept.lagged, kept.line, NO_BIAS, s1, 0.0)
+def condition(
+    parameters: FastSensorParameters,
+    kept: FastSensor,
+    rate: float,
+    s2_decides: bool,
+    stamp_ns: int,
+    s1: float,
+) -> FastSensor:
+    """Take a sample of S1 and return it conditioned.
 
-
-def begun(s1: float) -> Smooth:
-    """Return S1 behind the steps at its first sample, which is taken whatever it is."""
-    return Smooth(level=s1, trust=1, is_spike=False, value=s1, slope=0.0)
-
-
-def low_pass(parameters: FastSensorParameters, kept: Smooth, s1: float, dt: float) -> Smooth:
-    """Low-pass a sample that is no spike; with a trend, a ramp passes without lag.
-
-    ``x += slope dt; g = 1 - exp(-dt / T_lp); x += g e; slope += g (1 - exp(-dt / T_trend)) e / dt``
-    with ``e`` the sample less the prediction. A spike says nothing: ``e = 0``. It is further than
-    ``spike_threshold`` from where S1 is, as long as that is trusted.
-    """
-    ahead = kept.value + kept.slope * dt
-    is_far = abs(s1 - kept.level) > parameters.spike_threshold > 0.0
-    if is_far and kept.trust > 0:
-        return Smooth(kept.level, kept.trust - 1, True, ahead, kept.slope)
-    gain = lag_gain(dt, parameters.lowpass_time_constant)
-    error = s1 - ahead
-    slope = 0.0
-    if parameters.trend_time_constant > 0.0:
-        slope = kept.slope + gain * lag_gain(dt, parameters.trend_time_constant) * error / dt
-    level = s1 if is_far else 0.5 * (kept.level + s1)
-    trust = 0 if is_far else min(kept.trust + 1, LONGEST_SPIKE)
-    return Smooth(level, trust, False, ahead + gain * error, slope)
-
-
-def learn_bias(
-    parameters: FastSensorParameters, kept: Bias, stamp_ns: int, error: float, quiet: float
-) -> Bias:
-    """Move the bias towards an error, the faster the quieter the signal is.
-
-    A first-order lag whose time constant grows with what was learnt, up to
-    ``bias_time_constant``: the first estimate is the mean so far. What was learnt fades in a gap,
-    so that after it a mean begins again rather than one error counting for all of the gap. With
-    a ``drift_time_constant`` the bias also has a slope, learnt likewise.
+    The first sample, also the first after a gap longer than S1's timeout, restarts everything
+    and is taken whatever it is.
 
     Args:
-        parameters: Its time constants and the share of learning that goes on in motion.
-        kept: The bias so far.
-        stamp_ns: Stamp of the S2 sample, later than that of the last.
-        error: What S2 would read if S1 were right, less what it reads, unit of the signal.
-        quiet: Grade of *the signal is quiet*, 0 to 1.
+        parameters: The steps' parameters.
+        kept: What conditioning kept from the last sample.
+        rate: dS2/dt, along which S1 is carried on while it is rejected.
+        s2_decides: Whether only S2 can say that S1 has stepped; else enough samples in a row do.
+        stamp_ns: Stamp of this sample, later than that of the last.
+        s1: The sample, finite.
     """
-    if kept.samples == 0:
-        return Bias(samples=1, stamp_ns=stamp_ns, interval=0.0, value=error, slope=0.0, learnt=0.0)
+    if is_off(parameters):
+        return FastSensor(samples=0, stamp_ns=stamp_ns, interval=0.0, smooth=begun(s1))
+    s1 = bounded(s1)
     dt = seconds_between(kept.stamp_ns, stamp_ns)
-    is_gap = kept.interval > 0.0 and dt > LONGEST_INTERVAL * kept.interval
-    interval = kept.interval if is_gap else dt
-    share = parameters.bias_moving_share
-    weight = (share + (1.0 - share) * quiet) * interval
-    elapsed = weight + dt - interval
-    longest = parameters.bias_time_constant
-    learnt = kept.learnt
-    if is_gap:
-        learnt = min(learnt, longest) * (1.0 - lag_gain(dt - interval, longest))
-    learnt += weight
-    gain = lag_gain(weight, min(longest, learnt)) if weight > 0.0 else 0.0
-    ahead = bias_at(parameters, kept, stamp_ns)
-    slope = kept.slope
-    if parameters.drift_time_constant > 0.0:
-        slope += gain * lag_gain(elapsed, parameters.drift_time_constant) * (error - ahead) / dt
-    return Bias(
-        samples=kept.samples + 1,
+    longest = timeout_for(parameters.timeout, S1_TIMEOUT, kept.interval)
+    samples = 1
+    smooth = begun(s1)
+    if kept.samples > 0 and dt <= longest:
+        samples = kept.samples + 1
+        smooth = smoothed(parameters, kept.smooth, rate, s2_decides, longest, dt, s1)
+    return FastSensor(
+        samples=samples,
         stamp_ns=stamp_ns,
-        interval=interval,
-        value=ahead + gain * (error - ahead),
-        slope=slope,
-        learnt=learnt,
+        interval=followed(kept.interval, dt) if kept.samples > 0 else 0.0,
+        smooth=smooth,
     )
 
 
-def bias_at(parameters: FastSensorParameters, bias: Bias, stamp_ns: int) -> float:
-    """Return the bias at a stamp, carried on along its slope; 0 before anything was learnt.
+def smoothed(
+    parameters: FastSensorParameters,
+    kept: Smooth,
+    rate: float,
+    s2_decides: bool,
+    longest: float,
+    dt: float,
+    s1: float,
+) -> Smooth:
+    """Leave a sample out if it is a spike, else low-pass it.
 
-    A slope that was learnt over ``T = drift_time_constant`` is believed for about so long:
-    ``b + slope T (1 - exp(-dt / T))``, a damped trend; backwards in time alike.
+    A sample further than ``spike_threshold`` from where S1 is, is a spike as long as that is
+    trusted. Where S2 decides it is one until S2 has said otherwise, for at most S1's timeout.
+
+    Args:
+        parameters: The steps' parameters.
+        kept: S1 so far.
+        rate: dS2/dt.
+        s2_decides: Whether only S2 can say that S1 has stepped.
+        longest: S1's timeout, seconds.
+        dt: Time since the last sample, seconds.
+        s1: The sample.
     """
-    if bias.samples == 0:
-        return 0.0
-    dt = seconds_between(bias.stamp_ns, stamp_ns)
-    drift = parameters.drift_time_constant
-    return bias.value + bias.slope * drift * math.copysign(lag_gain(abs(dt), drift), dt)
+    is_far = abs(s1 - kept.level) > parameters.spike_threshold > 0.0
+    if not is_far:
+        return low_pass(parameters, kept, dt, s1)
+    if not s2_decides and kept.trust <= 0:
+        return stepped_to(s1, 0.0)
+    passed = carried_on(parameters, kept, rate, dt, s1)
+    if s2_decides and passed.rejected > longest:
+        return stepped_to(s1, s1 - passed.value)
+    return passed
+
+
+def begun(s1: float) -> Smooth:
+    """Return S1 at its first sample, which is taken whatever it is."""
+    return Smooth(level=s1, trust=1, value=s1, slope=0.0, rejected=0.0, newest=s1, step=0.0)
+
+
+def stepped_to(s1: float, step: float) -> Smooth:
+    """Return S1 at a sample that turned out to be no spike.
+
+    Args:
+        s1: The sample.
+        step: The step that the bias has to take with it; 0 if the signal itself has moved.
+    """
+    return Smooth(level=s1, trust=0, value=s1, slope=0.0, rejected=0.0, newest=s1, step=step)
+
+
+def low_pass(parameters: FastSensorParameters, kept: Smooth, dt: float, s1: float) -> Smooth:
+    """Low-pass a sample with a trend, so that a ramp passes without lag.
+
+    ``x += slope dt; g = 1 - exp(-dt / T); x += g e; slope += g (1 - exp(-dt / T_trend)) e / dt``
+    with ``e`` the sample minus the prediction and ``T_trend = TREND T``.
+    """
+    ahead = kept.value + kept.slope * dt
+    gain = lag_gain(dt, parameters.lowpass_time_constant)
+    learnt = gain * lag_gain(dt, TREND * parameters.lowpass_time_constant)
+    error = s1 - ahead
+    return Smooth(
+        level=0.5 * (kept.level + s1),
+        trust=min(kept.trust + 1, LONGEST_SPIKE),
+        value=bounded(ahead + gain * error),
+        slope=bounded(kept.slope + learnt * error / dt),
+        rejected=0.0,
+        newest=s1,
+        step=0.0,
+    )
+
+
+def carried_on(
+    parameters: FastSensorParameters, kept: Smooth, rate: float, dt: float, s1: float
+) -> Smooth:
+    """Carry S1 on through a rejected sample; its slope fades to the rate that S2 shows.
+
+    The slope before a run of spikes may itself be spoilt, so it is forgotten as fast as learnt.
+    """
+    fade = lag_gain(dt, TREND * parameters.lowpass_time_constant)
+    slope = kept.slope + fade * (rate - kept.slope)
+    return Smooth(
+        level=bounded(kept.level + slope * dt),
+        trust=max(kept.trust - 1, 0),
+        value=bounded(kept.value + slope * dt),
+        slope=slope,
+        rejected=kept.rejected + dt,
+        newest=s1,
+        step=0.0,
+    )

@@ -1,4 +1,4 @@
-"""The estimator: condition, aggregate, gate, predict; the paper's Figs 1 and 5.
+"""The estimator: condition, aggregate or observe, gate, predict; the paper's Figs 1 and 5.
 
 ``observe_s2`` takes every sample of S2, ``update`` every sample of S1 that is to give an
 estimate. Both are pure: a state goes in, a new one comes out.
@@ -16,11 +16,20 @@ from fuzzy_fusion_ros.core.aggregator import (
     observe_slow,
     single,
 )
-from fuzzy_fusion_ros.core.conditioning import Conditioned, condition, unconditioned
+from fuzzy_fusion_ros.core.conditioning import FastSensor, condition, no_fast_sensor
 from fuzzy_fusion_ros.core.gate import NO_PREDICTION, Prediction, accepts, combine
 from fuzzy_fusion_ros.core.numerics import seconds_between
+from fuzzy_fusion_ros.core.observer import (
+    Belief,
+    believe,
+    believed,
+    moved_on,
+    no_belief,
+    observes,
+    s2_decides,
+)
 from fuzzy_fusion_ros.core.predictor import Predictor, learn, prediction_at, untrained
-from fuzzy_fusion_ros.core.silence import S2_TIMEOUT, timeout_for
+from fuzzy_fusion_ros.core.silence import S1_TIMEOUT, S2_TIMEOUT, timeout_for
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 WAITING, FUSED, S1_ONLY, S2_ONLY = 0, 1, 2, 3
@@ -30,18 +39,30 @@ MODE_NAMES = {FUSED: "FUSED", S1_ONLY: "S1_ONLY", S2_ONLY: "S2_ONLY"}
 """The modes in which there is an estimate, by name."""
 
 
+class Sensors(NamedTuple):
+    """What is kept of the sensors.
+
+    Attributes:
+        s1: S1, conditioned.
+        s2: S2, held, and its rate.
+        belief: What the observer believes; nothing while it is off.
+    """
+
+    s1: FastSensor
+    s2: SlowSensor
+    belief: Belief
+
+
 class State(NamedTuple):
     """Everything the estimator keeps between samples.
 
     Attributes:
-        s1: The conditioned S1.
-        s2: S2, held, and its rate.
+        sensors: What is kept of the sensors.
         predictor: History and rules of the predictor.
         started_ns: Stamp of the first S1 sample, 0 before it.
     """
 
-    s1: Conditioned
-    s2: SlowSensor
+    sensors: Sensors
     predictor: Predictor
     started_ns: int
 
@@ -64,26 +85,24 @@ class Estimate(NamedTuple):
     accepted: bool
 
 
+def no_sensors() -> Sensors:
+    """Return what is kept before any sample."""
+    return Sensors(no_fast_sensor(), no_slow_sensor(), no_belief())
+
+
 def initial_state(parameters: Parameters) -> State:
     """Return the state before any sample."""
     return State(
-        s1=unconditioned(),
-        s2=no_slow_sensor(),
+        sensors=no_sensors(),
         predictor=untrained(parameters.predictor.samples, parameters.predictor.rules),
         started_ns=0,
     )
 
 
 def observe_s2(parameters: Parameters, state: State, stamp_ns: int, value: float) -> State:
-    """Take a sample of S2: hold it and move its rate."""
-    s2 = observe_slow(
-        parameters.aggregator.rate_time_constant,
-        parameters.s2.timeout,
-        state.s2,
-        stamp_ns,
-        value,
-    )
-    return State(state.s1, s2, state.predictor, state.started_ns)
+    """Take a sample of S2."""
+    sensors = heard_s2(parameters, state.sensors, stamp_ns, value)
+    return State(sensors, state.predictor, state.started_ns)
 
 
 def update(
@@ -101,21 +120,8 @@ def update(
         The estimate, finite, and the state after it.
     """
     started_ns = state.started_ns if state.started_ns > 0 else stamp_ns
-    mode = mode_at(parameters.s2.timeout, state.s2, started_ns, stamp_ns)
-
-    s1 = condition(
-        parameters.s1,
-        parameters.s2,
-        parameters.aggregator.rate,
-        state.s1,
-        state.s2,
-        stamp_ns,
-        value,
-    )
-    if mode == FUSED:
-        fa = aggregate(parameters.aggregator, s1.value, state.s2.value, state.s2.rate)
-    else:
-        fa = single(s1.value, 1.0)
+    mode = mode_at(parameters.s2.timeout, state.sensors.s2, started_ns, stamp_ns)
+    fa, sensors = fused(parameters, state.sensors, mode, stamp_ns, value)
     prediction = prediction_at(parameters.predictor, state.predictor, stamp_ns)
     accepted = accepts(prediction, fa.value, parameters.gate.tolerance)
     final = combine(prediction, fa.value, accepted)
@@ -124,7 +130,57 @@ def update(
         learnt = learn(parameters.predictor, learnt, stamp_ns, final)
 
     estimate = Estimate(mode, final, fa, prediction, accepted)
-    return estimate, State(s1, state.s2, learnt, started_ns)
+    return estimate, State(sensors, learnt, started_ns)
+
+
+def heard_s2(parameters: Parameters, kept: Sensors, stamp_ns: int, value: float) -> Sensors:
+    """Hold a sample of S2, move its rate, and let the observer believe it.
+
+    While S1 is silent the observer waits: what it would compare S2 with is out of date.
+    """
+    s2 = observe_slow(
+        parameters.aggregator.rate_time_constant,
+        parameters.s2.timeout,
+        kept.s2,
+        stamp_ns,
+        value,
+    )
+    s1, belief = kept.s1, kept.belief
+    longest = timeout_for(parameters.s1.timeout, S1_TIMEOUT, s1.interval)
+    is_fresh = belief.stamp_ns > 0 and seconds_between(s1.stamp_ns, stamp_ns) <= longest
+    if observes(parameters) and is_fresh:
+        belief, s1 = believe(parameters, belief, s1, s2)
+    return Sensors(s1, s2, belief)
+
+
+def fused(
+    parameters: Parameters, kept: Sensors, mode: int, stamp_ns: int, value: float
+) -> tuple[Aggregate, Sensors]:
+    """Condition a sample of S1 and fuse it with S2: by the paper's blend, or by the observer.
+
+    Args:
+        parameters: All parameters, or their ``numbers``.
+        kept: What is kept of the sensors.
+        mode: What the sample gives; unless FUSED it is S1 alone.
+        stamp_ns: Stamp of the sample.
+        value: The sample, finite.
+    """
+    s2 = kept.s2
+    decides = s2_decides(parameters, s2)
+    s1 = condition(parameters.s1, kept.s1, s2.rate, decides, stamp_ns, value)
+    if observes(parameters):
+        belief = moved_on(parameters, kept.belief, kept.s1, s1, s2)
+        if mode == FUSED and belief.s2_ns != s2.stamp_ns:
+            belief, s1 = believe(parameters, belief, s1, s2)
+        fa = believed(belief, s1)
+    else:
+        belief = no_belief()
+        fa = single(s1.smooth.value, 1.0)
+        if mode == FUSED:
+            fa = aggregate(parameters.aggregator, s1.smooth.value, s2.value, s2.rate)
+    if mode != FUSED:
+        fa = single(fa.value, 1.0)
+    return fa, Sensors(s1, s2, belief)
 
 
 def without_s1(parameters: Parameters, state: State, stamp_ns: int) -> Estimate:
@@ -137,8 +193,8 @@ def without_s1(parameters: Parameters, state: State, stamp_ns: int) -> Estimate:
     """
     return Estimate(
         mode=S2_ONLY,
-        value=state.s2.value,
-        aggregate=single(state.s2.value, 0.0),
+        value=state.sensors.s2.value,
+        aggregate=single(state.sensors.s2.value, 0.0),
         prediction=NO_PREDICTION,
         accepted=False,
     )

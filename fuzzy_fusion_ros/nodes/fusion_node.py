@@ -34,6 +34,8 @@ class FusionNode(ConfiguredNode[Parameters]):
     def set_up(self) -> None:
         """Create topics, services and timers."""
         parameters = self.parameters
+        if problem := parameters.aggregator.weight.order_problem():
+            self.log.warning(problem)
         self._time = NodeTime(self)
         self.recorder = recorder_for(parameters.record)
         self._fusion = Fusion(parameters)

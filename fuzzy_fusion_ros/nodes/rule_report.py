@@ -23,7 +23,8 @@ class RuleReport:
     """Reports how the membership functions and the gate are used.
 
     WARN where, over at least ``ENOUGH`` estimates, a membership function is never or always
-    saturated or the gate never or always accepts; and where the sensors disagree for long.
+    saturated or the gate never or always accepts; and where the sensors disagree for long. Where
+    S1's bias is learnt, a difference that is never large is how it should be.
     """
 
     def __init__(self) -> None:
@@ -52,7 +53,7 @@ class RuleReport:
         values["rate: lowest grade of large"] = record.rate[0]
         values["rate: highest grade of large"] = record.rate[1]
         values["difference fully large for (s)"] = record.apart_s
-        yield Report("rules", [*self._apart(parameters), *self._unused()], values)
+        yield Report("rules", [*self._apart(parameters), *self._unused(parameters)], values)
         yield Report("gate", [*self._gate()], self._gate_values(parameters))
 
     def _apart(self, parameters: Parameters) -> Iterator[Summary]:
@@ -64,7 +65,8 @@ class RuleReport:
                 "is one of them broken, or biased?",
             )
 
-    def _unused(self) -> Iterator[Summary]:
+    def _unused(self, parameters: Parameters) -> Iterator[Summary]:
+        guards_only = parameters.s1.bias_time_constant > 0.0  # large: S1 has gone wrong
         if self.record.estimates < ENOUGH:
             return
         for name, (lowest, highest) in {
@@ -72,7 +74,7 @@ class RuleReport:
             "rate": self.record.rate,
         }.items():
             ramp = f"aggregator.{name}"
-            if highest < HARDLY:
+            if highest < HARDLY and not (guards_only and name == "difference"):
                 yield Summary(Level.WARN, f"{name} is never large: lower {ramp}.large, or tune")
             if lowest >= SATURATED:
                 yield Summary(Level.WARN, f"{name} is always large: raise {ramp}.large, or tune")

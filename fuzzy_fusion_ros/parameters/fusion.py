@@ -40,6 +40,21 @@ class Weights(Group):
     large: float = real(0.12, "W1 when the difference is small and the rate large", high=1.0)
     very_large: float = real(0.42, "W1 when difference and rate are large", high=1.0)
 
+    def order_problem(self) -> str:
+        """Say if the levels are not in the order of their names, ``""`` if they are.
+
+        They are accepted all the same, but the rules then do not mean what Table 1 says.
+        """
+        levels = (self.very_small, self.small, self.large, self.very_large)
+        if list(levels) == sorted(levels):
+            return ""
+        got = ", ".join(f"{each:g}" for each in levels)
+        return (
+            "aggregator.weight.very_small, .small, .large, .very_large are expected to rise in "
+            f"this order, got {got}: the reasons given for a weight will mislead; sort them, or "
+            "run tune again"
+        )
+
 
 @dataclass(frozen=True)
 class Drifts(Group):
@@ -114,20 +129,17 @@ class FastSensorParameters(SensorParameters):
     lowpass_time_constant: float = real(
         0.0, "time constant of the low-pass on S1; 0 is off", unit="s", high=1e6
     )
-    trend_time_constant: float = real(
-        0.0, "time constant of the low-pass's slope, which frees ramps of lag; 0 is off", unit="s"
-    )
     bias_time_constant: float = real(
-        0.0, "time constant of the estimate of S1's bias; 0 is off", unit="s"
+        0.0,
+        "time constant with which S1's bias is learnt from S2 through its lag; 0 is off: "
+        "the paper's blend",
+        unit="s",
     )
-    bias_moving_share: float = real(
-        0.0, "share of the bias's learning that goes on while the signal moves", high=1.0
+    bias_prior: float = real(
+        0.0, "how large the bias may be before S2 has spoken; 0: nothing is known", unit="signal"
     )
     drift_time_constant: float = real(
-        0.0,
-        "time constant of the estimate of the bias's slope, which is believed for about so long; "
-        "0 is off",
-        unit="s",
+        0.0, "time constant with which the bias's slope is learnt; 0 is no slope", unit="s"
     )
 
 
@@ -135,10 +147,15 @@ class FastSensorParameters(SensorParameters):
 class SlowSensorParameters(SensorParameters):
     """S2, with the model of it through which S1's bias is learnt."""
 
-    lag_time_constant: float = real(
-        0.0, "time constant of S2's lag as S1's bias sees it", unit="s", high=1e6
+    noise: float = real(
+        0.0,
+        "standard deviation of S2's noise, the unit of all certainty; 0: not known",
+        unit="signal",
     )
-    delay: float = real(0.0, "delay of S2 as S1's bias sees it", unit="s", high=1e6)
+    lag_time_constant: float = real(0.0, "time constant of S2's lag", unit="s", high=1e6)
+    delay: float = real(
+        0.0, "delay of S2, modelled as the time constant of a second lag", unit="s", high=1e6
+    )
 
 
 @dataclass(frozen=True)

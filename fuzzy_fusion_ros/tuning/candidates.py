@@ -1,9 +1,4 @@
-"""The structures that ``tune`` chooses from, in order of preference: what a fit of each moves.
-
-Either sensor alone comes first. The rules on an unconditioned S1 come last although they are
-simpler than the two candidates before them, because those also follow a drift of S1 that the
-recording happens not to show.
-"""
+"""The structures that ``tune`` chooses from, the simplest first: what a fit of each moves."""
 
 from __future__ import annotations
 
@@ -15,21 +10,29 @@ from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.tuning.characterise import Characteristics
 from fuzzy_fusion_ros.tuning.fit import Evaluations, FitSpec
 from fuzzy_fusion_ros.tuning.space import (
-    NEVER,
+    LAGS,
+    SURE,
     WEIGHTS,
     Axis,
+    Follow,
     Space,
     aggregator_axes,
-    filter_axes,
-    learning_axes,
+    bias_axes,
+    noise_axis,
+    nothing_follows,
+    rule_axes,
+    slope_axes,
     space_of,
+    usual_bias_time,
+    very_large,
 )
 
 EVALUATIONS = MappingProxyType(
     {
-        "aggregator": Evaluations(160, 500, 300),
-        "conditioned": Evaluations(160, 400, 300),
-        "full": Evaluations(360, 1200, 300),
+        "bias": Evaluations(250, 600, 300),
+        "slope": Evaluations(250, 600, 300),
+        "full": Evaluations(250, 600, 300),
+        "aggregator": Evaluations(160, 400, 200),
     }
 )
 """Evaluations that a fit of each candidate may take, up to ``LONG`` samples of S1."""
@@ -42,6 +45,9 @@ FEWEST = 0.25
 
 LOST_AFTER = 3.0
 """S2 counts as lost after this many of its intervals without a sample, and its delivery time."""
+
+NO_DIFFERENCE = (5e8, 1e9)
+"""Break points of a difference that is never large."""
 
 
 class Candidate(NamedTuple):
@@ -58,108 +64,80 @@ class Candidate(NamedTuple):
     spec: FitSpec
 
 
-def candidates_for(sensors: Characteristics) -> list[Candidate]:
-    """Return the candidates for such sensors, the preferred first."""
+def candidates_for(sensors: Characteristics, with_truth: bool = True) -> list[Candidate]:
+    """Return the candidates for such sensors, the simplest first.
+
+    Args:
+        sensors: What the sensors are like.
+        with_truth: Whether the target is a truth; without, the observer is fitted to what S2 says,
+            and keeps S2's lag as measured unless that is sure.
+    """
     lost = LOST_AFTER * sensors.s2_interval + sensors.s2_delivery
     patient = max(lost, 2.0 * sensors.s2_gap + sensors.s2_delivery)
     return [
         Candidate("s2", "S2 as it comes", _alone(0.0, patient)),
         Candidate("s1", "S1 as it comes", _alone(1.0, lost)),
-        Candidate("conditioned", "S1 conditioned, alone", _conditioned(sensors, lost)),
-        Candidate("full", "S1 conditioned, then the rules", _full(sensors, lost)),
         Candidate("aggregator", "the paper's rules, S1 as it comes", _aggregator(sensors, lost)),
+        Candidate(
+            "bias", "S1 less its bias, learnt from S2", _observer("bias", sensors, lost, with_truth)
+        ),
+        Candidate("slope", "the bias with a slope", _observer("slope", sensors, lost, with_truth)),
+        Candidate(
+            "full",
+            "the same, S2 believed by the rules",
+            _observer("full", sensors, lost, with_truth),
+        ),
     ]
 
 
 def _alone(weight: float, timeout: float) -> FitSpec:
-    space = _space((), {**_weights(*[weight] * 4), **_NO_CONDITIONING, "s2.timeout": timeout})
-    return FitSpec(space, ({},), {}, 0.0, Evaluations(1, 1, 1))
+    space = _space((), {**_weights(*[weight] * 4), **_OFF, "s2.timeout": timeout})
+    return FitSpec(space, ({},), Evaluations(1, 1, 1))
 
 
 def _aggregator(sensors: Characteristics, lost: float) -> FitSpec:
-    space = _space(aggregator_axes(sensors), {**_NO_CONDITIONING, "s2.timeout": lost})
+    space = _space(aggregator_axes(sensors), {**_OFF, "s2.timeout": lost})
     starts = (_weights(0.9, 0.9, 0.98, 0.98), _weights(0.02, 0.05, 0.3, 0.7))
-    return FitSpec(space, starts, _PLAIN_RULES, 0.01, _evaluations("aggregator", sensors))
+    return FitSpec(space, starts, _evaluations("aggregator", sensors))
 
 
-def _conditioned(sensors: Characteristics, lost: float) -> FitSpec:
-    interval = sensors.s2_interval
-    space = _space(
-        filter_axes(sensors),
-        {
-            **_weights(1.0, 1.0, 1.0, 1.0),
-            **_NO_CONDITIONING,
-            "s1.bias_moving_share": 1.0,
-            "s2.timeout": lost,
-        },
-    )
-    starts = [
-        {"s1.bias_time_constant": 10.0 * interval},
-        {"s1.bias_time_constant": 0.3 * interval},
-        {
-            "s1.bias_time_constant": 30.0 * interval,
-            "s1.lowpass_time_constant": 30.0 * sensors.s1_interval,
-        },
-    ]
-    return FitSpec(
-        space, starts, {"s1.lowpass_time_constant": 0.0}, 0.01, _evaluations("conditioned", sensors)
-    )
-
-
-def _full(sensors: Characteristics, lost: float) -> FitSpec:
-    space = _space(
-        [*aggregator_axes(sensors), *filter_axes(sensors), *learning_axes(sensors)],
-        {**_NO_CONDITIONING, "s2.timeout": lost},
-    )
-    home = {
-        **_PLAIN_RULES,
-        **_weights(1.0, 0.9, 1.0, 1.0),
-        **_NO_SLOPES,
-        "s1.lowpass_time_constant": 0.0,
-        "s1.bias_moving_share": 0.1,
+def _observer(name: str, sensors: Characteristics, lost: float, with_truth: bool) -> FitSpec:
+    """Return what a fit of the observer moves: without rules, S2 counts as its noise says."""
+    has_slope, has_rules = name != "bias", name == "full"
+    axes = bias_axes(sensors)
+    axes += slope_axes(sensors) if has_slope else []
+    axes += rule_axes(sensors) if has_rules else []
+    fixed = {
+        **_OFF,
+        **_weights(0.0, 0.0, 0.0, 0.0),
+        "aggregator.difference.small": NO_DIFFERENCE[0],
+        "aggregator.difference.large": NO_DIFFERENCE[1],
+        "aggregator.rate.small": 0.0,
+        "aggregator.rate.large": 0.5 * sensors.rate,
+        "aggregator.rate_time_constant": 0.3 * sensors.s2_interval,
+        "s2.noise": sensors.s2_noise,
+        "s2.timeout": lost,
     }
-    return FitSpec(space, _full_starts(sensors), home, 0.04, _evaluations("full", sensors))
+    bias, drift = "s1.bias_time_constant", "s1.drift_time_constant"
+    usual = usual_bias_time(sensors)
+    starts: Sequence[Mapping[str, float]] = (
+        {},
+        {"s1.lowpass_time_constant": 30.0 * sensors.s1_interval, bias: 10.0 * usual},
+        {bias: 0.1 * usual, drift: 300.0 * sensors.span, "aggregator.weight.large": 1.0 / 3.0},
+    )
+    if not with_truth:
+        if sensors.lag.correlation < SURE:
+            fixed |= {each.name: each.usual for each in axes if each.name in LAGS}
+            axes = [each for each in axes if each.name not in LAGS]
+        axes.append(noise_axis(sensors))
+    space = _space(axes, fixed, very_large if has_rules else nothing_follows)
+    return FitSpec(space, starts, _evaluations(name, sensors), by_surprise=not with_truth)
 
 
-def _full_starts(sensors: Characteristics) -> list[dict[str, float]]:
-    interval, rate = sensors.s2_interval, sensors.rate
-    on, all_s1 = _weights(0.9, 0.9, 0.98, 0.98), _weights(1.0, 1.0, 1.0, 1.0)
-    bias, share, drift = "s1.bias_time_constant", "s1.bias_moving_share", "s1.drift_time_constant"
-    return [
-        {**on, **_NO_SLOPES, share: 0.1, bias: 10.0 * interval},
-        {**all_s1, **_NO_SLOPES, share: 0.9, bias: 0.3 * interval},
-        {
-            **all_s1,
-            share: 0.9,
-            "s1.lowpass_time_constant": 30.0 * sensors.s1_interval,
-            "s1.trend_time_constant": 10.0 * sensors.s1_interval,
-            drift: 10.0,
-            bias: 30.0 * interval,
-        },
-        {**all_s1, **_NO_SLOPES, share: 0.5, bias: 5.0 * interval, drift: 2.0},
-        {
-            **all_s1,
-            **_NO_SLOPES,
-            share: 0.3,
-            "aggregator.rate.large": 0.2 * rate,
-            "aggregator.rate_time_constant": 2.0 * interval,
-            bias: 5.0 * interval,
-            drift: 2.0,
-        },
-        {
-            **on,
-            **_NO_SLOPES,
-            share: 0.05,
-            "aggregator.rate.large": 0.1 * rate,
-            "aggregator.rate_time_constant": interval,
-            bias: 20.0 * interval,
-            drift: 10.0,
-        },
-    ]
-
-
-def _space(axes: Sequence[Axis], fixed: Mapping[str, float]) -> Space:
-    return space_of(Parameters, axes, fixed)
+def _space(
+    axes: Sequence[Axis], fixed: Mapping[str, float], follow: Follow = nothing_follows
+) -> Space:
+    return space_of(Parameters, axes, fixed, follow)
 
 
 def _evaluations(name: str, sensors: Characteristics) -> Evaluations:
@@ -172,26 +150,16 @@ def _weights(*levels: float) -> dict[str, float]:
     return {f"aggregator.weight.{each}": level for each, level in zip(WEIGHTS, levels, strict=True)}
 
 
-_NO_SLOPES = {"s1.trend_time_constant": NEVER, "s1.drift_time_constant": NEVER}
-"""Neither the low-pass nor the bias has a slope."""
-
-_PLAIN_RULES = {
-    "aggregator.drift.large": 0.0,
-    "aggregator.difference.small": 0.0,
-    "aggregator.rate.small": 0.0,
-}
-"""Rules without drift whose ramps begin at 0."""
-
-_NO_CONDITIONING = {
+_OFF = {
     "aggregator.drift.small": 0.0,
     "aggregator.drift.large": 0.0,
     "s1.spike_threshold": 0.0,
     "s1.lowpass_time_constant": 0.0,
-    "s1.trend_time_constant": 0.0,
     "s1.bias_time_constant": 0.0,
-    "s1.bias_moving_share": 0.0,
+    "s1.bias_prior": 0.0,
     "s1.drift_time_constant": 0.0,
+    "s2.noise": 0.0,
     "s2.lag_time_constant": 0.0,
     "s2.delay": 0.0,
 }
-"""No conditioning of S1, and no drift."""
+"""No conditioning of S1, no observer, no drift."""

@@ -22,6 +22,9 @@ FEWEST_S2 = 10
 
 TINY = 1e-12
 
+QUIETEST = 1e-4
+"""S2's noise is at least this share of S2's own standard deviation."""
+
 
 class Characteristics(NamedTuple):
     """What the sensors of a recording are like.
@@ -33,6 +36,7 @@ class Characteristics(NamedTuple):
         s2_gap: Longest time between samples of S2, s.
         s2_delivery: How old a sample of S2 is on arrival, 99th percentile, s.
         s1_noise: Standard deviation of S1's white noise, unit of the signal.
+        s2_noise: Standard deviation of S2's white noise, unit of the signal; more than 0.
         spike_share: Share of S1's samples that are spikes.
         spike_scale: Typical distance of a sample from the median around it, unit of the signal.
         lag: Delay and time constant of S2 against S1.
@@ -51,6 +55,7 @@ class Characteristics(NamedTuple):
     s2_gap: float
     s2_delivery: float
     s1_noise: float
+    s2_noise: float
     spike_share: float
     spike_scale: float
     lag: Lag
@@ -97,6 +102,7 @@ def characterise(series: Series) -> Characteristics:
         s2_gap=float(np.diff(s2_s).max()),
         s2_delivery=_delivery(series),
         s1_noise=white_noise(s1),
+        s2_noise=max(white_noise(series.s2), QUIETEST * float(np.std(series.s2)), TINY),
         spike_share=spike_share,
         spike_scale=spike_scale,
         lag=lag,

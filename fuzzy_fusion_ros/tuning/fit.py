@@ -11,12 +11,18 @@ from fuzzy_fusion_ros.batch.arrays import Flags, Reals, root_mean_square
 from fuzzy_fusion_ros.batch.series import Series
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
-from fuzzy_fusion_ros.tuning.kernel import outputs
+from fuzzy_fusion_ros.tuning.kernel import Output, outputs
 from fuzzy_fusion_ros.tuning.search import Minimum, Pool, Search
 from fuzzy_fusion_ros.tuning.space import Space
 
-FINALISTS = 2
-"""Number of starts from which the search is continued."""
+FINALISTS = 1
+"""Number of starts from which the search is continued: the best."""
+
+FREEDOM = 4.0
+"""Degrees of freedom of the Student-t distribution of innovations: outliers of S2 weigh little."""
+
+SETTLING = 3
+"""The first innovations say what was not known before them: they do not count."""
 
 _START_SPREAD = 0.12
 _FINAL_SPREAD = 0.1
@@ -47,13 +53,51 @@ class Problem(NamedTuple):
         where = self.counted if counted is None else counted
         return root_mean_square(outputs(parameters, self.series).value[where] - self.target[where])
 
+    def surprise(self, parameters: Parameters, counted: Flags | None = None) -> float:
+        """Return how badly the observer predicts S2, which needs no target.
+
+        The mean negative logarithm of the likelihood of S2's innovations, each with the variance
+        that the observer expects, less a constant; infinite where there are none.
+
+        Args:
+            parameters: Of the estimator.
+            counted: As in :meth:`misfit`.
+        """
+        output = outputs(parameters, self.series)
+        where = _at_s2(self.series, self.counted if counted is None else counted)
+        return unlikelihood(output, parameters.s2.noise, where)
+
+
+def unlikelihood(output: Output, noise: float, counted: Flags) -> float:
+    """Return the mean negative log-likelihood of innovations, less a constant.
+
+    Args:
+        output: Of a run.
+        noise: Standard deviation of S2's noise, unit of the signal.
+        counted: Which samples of S2 count, shape (m,).
+    """
+    there = counted & np.isfinite(output.innovation)
+    there[:SETTLING] = False
+    variance = output.variance[there] * noise**2
+    error = output.innovation[there]
+    if error.size == 0:
+        return np.inf
+    tail = 0.5 * (FREEDOM + 1.0) * np.log1p(error**2 / (FREEDOM * variance))
+    return float(np.mean(0.5 * np.log(variance) + tail))
+
+
+def _at_s2(series: Series, counted: Flags) -> Flags:
+    """Return which samples of S2 came where samples of S1 count, shape (m,)."""
+    arrival = np.searchsorted(series.s2_known, np.arange(series.s2.size) + 1)
+    return np.append(counted, False)[arrival]
+
 
 class Evaluations(NamedTuple):
     """How often the optimiser may evaluate the misfit.
 
     Attributes:
         start: From each start.
-        finalist: From each of the best of these.
+        finalist: From the best of these.
         part: In each fit to a part of the recording.
     """
 
@@ -63,21 +107,19 @@ class Evaluations(NamedTuple):
 
 
 class FitSpec(NamedTuple):
-    """What a fit moves, where it starts, and where parameters go that make no difference.
+    """What a fit moves and where it starts.
 
     Attributes:
         space: What moves.
         starts: Values to start from, by dotted name; shares as shares.
-        home: Values towards which parameters are drawn.
-        pull: Cost of a unit of squared distance from home, as a share of the misfit.
         evaluations: How many evaluations a fit may take.
+        by_surprise: Whether S2 is to be predicted well, rather than the target to be met.
     """
 
     space: Space
     starts: Sequence[Mapping[str, float]]
-    home: Mapping[str, float]
-    pull: float
     evaluations: Evaluations
+    by_surprise: bool = False
 
     @property
     def planned(self) -> int:
@@ -89,19 +131,19 @@ class FitSpec(NamedTuple):
 def cost_of(
     problem: Problem, spec: FitSpec, counted: Flags | None = None
 ) -> Callable[[Reals], float]:
-    """Return what a fit minimises: the misfit, increased with the distance from home.
+    """Return what a fit minimises: the misfit, increased with the distance from usual values.
 
     Args:
         problem: What is fitted.
         spec: How.
         counted: Where errors count; as in the problem unless given.
     """
-    home = spec.space.point(spec.home)
 
     def cost(point: Reals) -> float:
         parameters = replace(problem.base, spec.space.values(point))
-        away = float(np.sum(np.square(point - home)))
-        return problem.misfit(parameters, counted) * (1.0 + spec.pull * away)
+        if spec.by_surprise:
+            return problem.surprise(parameters, counted) + spec.space.away(point)
+        return problem.misfit(parameters, counted) * (1.0 + spec.space.away(point))
 
     return cost
 

@@ -14,57 +14,63 @@ import numpy as np
 from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.batch.compiled import compiled
 from fuzzy_fusion_ros.batch.series import Series
-from fuzzy_fusion_ros.core.aggregator import SlowSensor, aggregate, no_slow_sensor, observe_slow
-from fuzzy_fusion_ros.core.conditioning import Conditioned, condition, unconditioned
-from fuzzy_fusion_ros.core.estimator import FUSED, mode_at
+from fuzzy_fusion_ros.core.estimator import (
+    FUSED,
+    Sensors,
+    fused,
+    heard_s2,
+    mode_at,
+    no_sensors,
+)
+from fuzzy_fusion_ros.core.observer import observes
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import numbers
 
 
 class Output(NamedTuple):
-    """Output at each S1 sample, shape (n,) each.
+    """Output at each S1 sample, shape (n,), and at each S2 sample, shape (m,).
 
     Attributes:
-        value: The aggregator's output; conditioned S1 where S2 is awaited or lost.
-        difference: ``|S1 - S2|`` as the rules take it, NaN where they do not run.
+        value: The aggregate; S1 as conditioned where S2 is awaited or lost.
+        difference: What the rules take for the difference, NaN where they do not run.
         rate: ``|dS2/dt|`` as the rules take it, NaN where they do not run.
+        innovation: Innovation of each S2 sample, shape (m,), NaN where the observer has none.
+        variance: Its variance, shape (m,), in units of S2's noise variance.
     """
 
     value: Reals
     difference: Reals
     rate: Reals
+    innovation: Reals
+    variance: Reals
 
 
 def outputs(parameters: Parameters, series: Series) -> Output:
     """Run the estimator without its predictor over a series."""
-    n = series.s1.size
-    output = Output(np.empty(n), np.empty(n), np.empty(n))
-    compiled(_outputs)(numbers(parameters), unconditioned(), no_slow_sensor(), series, output)
+    n, m = series.s1.size, series.s2.size
+    output = Output(np.empty(n), np.empty(n), np.empty(n), np.full(m, np.nan), np.full(m, np.nan))
+    compiled(_outputs)(numbers(parameters), no_sensors(), series, output)
     return output
 
 
-def _outputs(
-    parameters: Any, s1: Conditioned, s2: SlowSensor, series: Series, output: Output
-) -> None:
+def _outputs(parameters: Any, sensors: Sensors, series: Series, output: Output) -> None:
     seen = 0
     for k in range(series.s1.size):
         while seen < series.s2_known[k]:
-            s2 = observe_slow(
-                parameters.aggregator.rate_time_constant,
-                parameters.s2.timeout,
-                s2,
-                series.s2_ns[seen],
-                series.s2[seen],
-            )
+            samples = sensors.belief.samples
+            sensors = heard_s2(parameters, sensors, series.s2_ns[seen], series.s2[seen])
+            if sensors.belief.samples > samples:
+                output.innovation[seen] = sensors.belief.innovation
+                output.variance[seen] = sensors.belief.variance
             seen += 1
         stamp_ns = series.s1_ns[k]
-        s1 = condition(
-            parameters.s1, parameters.s2, parameters.aggregator.rate, s1, s2, stamp_ns, series.s1[k]
-        )
+        mode = mode_at(parameters.s2.timeout, sensors.s2, series.s1_ns[0], stamp_ns)
+        fa, sensors = fused(parameters, sensors, mode, stamp_ns, series.s1[k])
+        output.value[k] = fa.value
         output.difference[k] = np.nan
         output.rate[k] = np.nan
-        output.value[k] = s1.value
-        if mode_at(parameters.s2.timeout, s2, series.s1_ns[0], stamp_ns) == FUSED:
-            output.difference[k] = abs(s1.value - s2.value)
-            output.rate[k] = abs(s2.rate)
-            output.value[k] = aggregate(parameters.aggregator, s1.value, s2.value, s2.rate).value
+        if mode == FUSED:
+            output.difference[k] = abs(sensors.s1.smooth.value - sensors.s2.value)
+            output.rate[k] = abs(sensors.s2.rate)
+            if observes(parameters):
+                output.difference[k] = abs(sensors.belief.innovation)

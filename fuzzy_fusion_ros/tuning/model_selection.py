@@ -1,8 +1,8 @@
 """Cross-validation of the candidates, as a guard against over-fitting.
 
-Chosen is the first candidate whose error is within a few per cent of the least, on blocks of the
-recording that it was not fitted to. Either sensor alone is a candidate, so the choice is no worse
-than both.
+Chosen is the whole fusion unless something simpler does clearly better on blocks of the recording
+that it was not fitted to, or as well with one sensor alone: a block left out often lacks what the
+rules and the slope are for, so it says little in favour of going without them.
 """
 
 from __future__ import annotations
@@ -23,8 +23,14 @@ from fuzzy_fusion_ros.tuning.search import Minimum, Pool, Search
 BLOCKS = 4
 """Parts of the recording, each of which is left out of one fit."""
 
-CLOSE_TO_BEST = 1.03
-"""A preferred candidate is chosen if its error on unseen blocks is within this of the least."""
+CLEARLY_BETTER = 0.85
+"""A simpler candidate is chosen if its error on unseen blocks is at most this share."""
+
+ENOUGH_S2 = 50
+"""With fewer samples of S2 the bias alone is learnt."""
+
+RULES_PAY = 0.05
+"""Without a truth, the rules must lower the surprise by this."""
 
 _REFIT_SPREAD = 0.1
 
@@ -39,6 +45,7 @@ class FittedCandidate(NamedTuple):
         fitted: Error of these over the whole recording.
         unseen: Error over all blocks, in each with a fit to the others.
         unseen_blocks: That error in each block.
+        surprise: How badly it predicts S2 on unseen blocks; 0 where it is not fitted to that.
     """
 
     name: str
@@ -47,26 +54,28 @@ class FittedCandidate(NamedTuple):
     fitted: float
     unseen: float
     unseen_blocks: tuple[float, ...]
+    surprise: float = 0.0
 
 
-def planned(sensors: Characteristics) -> int:
+def planned(sensors: Characteristics, with_truth: bool) -> int:
     """Return the largest number of evaluations of :func:`cross_validate`."""
-    specs = [each.spec for each in candidates_for(sensors)]
+    specs = [each.spec for each in candidates_for(sensors, with_truth)]
     return sum(each.planned + BLOCKS * each.evaluations.part for each in specs)
 
 
 def cross_validate(
-    problem: Problem, sensors: Characteristics, pool: Pool, seed: int
+    problem: Problem, sensors: Characteristics, with_truth: bool, pool: Pool, seed: int
 ) -> list[FittedCandidate]:
-    """Fit and cross-validate every candidate; the result is in order of preference.
+    """Fit and cross-validate every candidate, the simplest first.
 
     Args:
         problem: What is fitted.
         sensors: What the sensors are like.
+        with_truth: Whether the target is a truth.
         pool: Where the fits run.
         seed: Seed of all of them.
     """
-    candidates = candidates_for(sensors)
+    candidates = candidates_for(sensors, with_truth)
     best = fits(problem, [each.spec for each in candidates], pool, (seed, 0))
     blocks = blocks_of(problem.counted)
     searches = [
@@ -87,10 +96,27 @@ def cross_validate(
     ]
 
 
-def chosen(candidates: Sequence[FittedCandidate]) -> FittedCandidate:
-    """Return the first candidate that is about as good as the best on unseen blocks."""
-    least = min(each.unseen for each in candidates)
-    return next(each for each in candidates if each.unseen <= CLOSE_TO_BEST * least + TINY)
+def chosen(candidates: Sequence[FittedCandidate], s2_samples: int) -> FittedCandidate:
+    """Return the candidate to take.
+
+    Args:
+        candidates: All of them.
+        s2_samples: How many samples of S2 they were fitted to.
+    """
+    named = {each.name: each for each in candidates}
+    bias, slope, full = named["bias"], named["slope"], named["full"]
+    best = bias if s2_samples < ENOUGH_S2 else full
+    if best is full and full.surprise > slope.surprise - RULES_PAY and full.surprise != 0.0:
+        best = slope
+    simpler = min((bias, slope, named["aggregator"]), key=_unseen)
+    if simpler.unseen <= CLEARLY_BETTER * best.unseen:
+        best = simpler
+    sensor = min((named["s2"], named["s1"]), key=_unseen)
+    return sensor if sensor.unseen <= best.unseen + TINY else best
+
+
+def _unseen(candidate: FittedCandidate) -> float:
+    return candidate.unseen
 
 
 def blocks_of(counted: Flags) -> list[Flags]:
@@ -107,6 +133,14 @@ def _validated(
         for block, refit in zip(blocks, refits, strict=True)
     ]
     sizes = [np.count_nonzero(block) for block in blocks]
+    surprise = 0.0
+    if candidate.spec.by_surprise:
+        surprise = _mean(
+            [
+                problem.surprise(_at(problem, candidate.spec, refit.point), block)
+                for block, refit in zip(blocks, refits, strict=True)
+            ]
+        )
     parameters = _at(problem, candidate.spec, fit.point)
     return FittedCandidate(
         candidate.name,
@@ -115,7 +149,13 @@ def _validated(
         problem.misfit(parameters),
         float(np.sqrt(np.average(np.square(errors), weights=sizes))),
         tuple(errors),
+        surprise,
     )
+
+
+def _mean(values: list[float]) -> float:
+    finite = [each for each in values if np.isfinite(each)]
+    return float(np.mean(finite)) if finite else np.inf
 
 
 def _at(problem: Problem, spec: FitSpec, point: Reals) -> Parameters:

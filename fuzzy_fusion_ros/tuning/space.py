@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,15 +13,10 @@ from fuzzy_fusion_ros.core.numerics import clamped
 from fuzzy_fusion_ros.parameters.group import Descriptor, Group, descriptors
 from fuzzy_fusion_ros.tuning.characterise import TINY, Characteristics
 
-NEVER = 1e9
-"""Above every axis: at its upper end, a time constant makes its step nearly ineffective."""
+Follow = Callable[[Mapping[str, float]], Mapping[str, float]]
 
 LOWEST = 1e-12
 """Lowest value on a logarithmic axis."""
-
-SLOPE_OVER_BIAS = 2.0
-"""A slope's time constant is at least twice its bias's, as in the steady Kalman filter of a bias
-whose slope is a random walk; with less, the learnt bias oscillates."""
 
 
 class Axis(NamedTuple):
@@ -29,11 +24,15 @@ class Axis(NamedTuple):
 
     Attributes:
         name: Its dotted name.
-        low: Smallest value.
-        high: Largest value.
-        usual: Where a fit starts by default.
+        low: Smallest value, or factor.
+        high: Largest value, or factor.
+        usual: Where a fit starts by default, and where it is drawn to.
         logarithmic: Whether the scale is logarithmic.
         share_of: The parameter of which values are a share; empty for none.
+        doubt: Whether the axis is of a factor ``1 / (1 - value)``: a weight of S1 as the factor
+            by which S2's noise counts.
+        pull: Cost of a squared decade of distance from the usual value, or of the squared axis
+            if it is not logarithmic, as a share of the misfit.
     """
 
     name: str
@@ -42,9 +41,13 @@ class Axis(NamedTuple):
     usual: float
     logarithmic: bool = True
     share_of: str = ""
+    doubt: bool = False
+    pull: float = 0.0
 
     def place(self, value: float) -> float:
         """Return the place of a value on the axis, 0 to 1; values beyond an end are at that end."""
+        if self.doubt:
+            value = 1.0 / max(1.0 - value, TINY)
         inside = clamped(value, self.low, self.high)
         if self.low >= self.high:
             return 0.0
@@ -55,8 +58,15 @@ class Axis(NamedTuple):
     def value(self, place: float) -> float:
         """Return the value at a place, 0 to 1."""
         if self.logarithmic:
-            return float(self.low * (self.high / self.low) ** place)
-        return float(self.low + (self.high - self.low) * place)
+            value = float(self.low * (self.high / self.low) ** place)
+        else:
+            value = float(self.low + (self.high - self.low) * place)
+        return 1.0 - 1.0 / value if self.doubt else value
+
+    @property
+    def length(self) -> float:
+        """Decades from end to end; 1 if the scale is not logarithmic."""
+        return math.log10(self.high / self.low) if self.logarithmic else 1.0
 
 
 class Space(NamedTuple):
@@ -66,11 +76,18 @@ class Space(NamedTuple):
         axes: Those that are moved.
         fixed: Values of those that are set, by dotted name.
         limits: What may be moved and set, by dotted name.
+        follow: Gives what follows from the parameters moved and set, by dotted name.
     """
 
     axes: Sequence[Axis]
     fixed: Mapping[str, float]
     limits: Mapping[str, Descriptor]
+    follow: Follow
+
+    def away(self, point: Reals) -> float:
+        """Return the cost of being away from the usual values, as a share of the misfit."""
+        pulls = [each.pull * each.length**2 for each in self.axes]
+        return float(np.dot(pulls, np.square(point - self.point({}))))
 
     def point(self, values: Mapping[str, float]) -> Reals:
         """Return the point of the given values; others are at their usual value.
@@ -89,19 +106,31 @@ class Space(NamedTuple):
         for each in self.axes:
             if each.share_of:
                 moved[each.name] *= moved[each.share_of]
-        return _allowed(self.limits, {**self.fixed, **moved})
+        values = {**self.fixed, **moved}
+        return _allowed(self.limits, {**values, **self.follow(values)})
 
 
-def space_of(kind: type[Group], axes: Sequence[Axis], fixed: Mapping[str, float]) -> Space:
+def nothing_follows(values: Mapping[str, float]) -> Mapping[str, float]:
+    """Return no parameters."""
+    return {}
+
+
+def space_of(
+    kind: type[Group],
+    axes: Sequence[Axis],
+    fixed: Mapping[str, float],
+    follow: Follow = nothing_follows,
+) -> Space:
     """Return the space of a group's parameters, every value within what the group allows.
 
     Args:
         kind: The group.
         axes: What is moved; an axis that reaches beyond the limits of its parameter ends there.
         fixed: What is set, by dotted name.
+        follow: What follows from both, by dotted name; nothing unless given.
     """
     limits = {name: descriptor for name, descriptor, _ in descriptors(kind)}
-    return Space([_within(limits[each.name], each) for each in axes], fixed, limits)
+    return Space([_within(limits[each.name], each) for each in axes], fixed, limits, follow)
 
 
 def allowed(kind: type[Group], values: Mapping[str, float]) -> dict[str, float]:
@@ -116,7 +145,7 @@ def _allowed(limits: Mapping[str, Descriptor], values: Mapping[str, float]) -> d
 
 
 def _within(limits: Descriptor, axis: Axis) -> Axis:
-    if axis.share_of:
+    if axis.share_of or axis.doubt:
         return axis
     low = max(limits.low, LOWEST) if axis.logarithmic else limits.low
     return axis._replace(
@@ -125,75 +154,118 @@ def _within(limits: Descriptor, axis: Axis) -> Axis:
 
 
 WEIGHTS = ("very_small", "small", "large", "very_large")
+"""Levels of Table 1, in its order."""
+
+LAGS = ("s2.lag_time_constant", "s2.delay")
+"""S2's model."""
+
+SURE = 0.9
+"""At this correlation and above, the lag is measured rather than estimated."""
 
 
 def aggregator_axes(sensors: Characteristics) -> list[Axis]:
-    """Return the axes of the aggregator's rules."""
-    usual = dict(zip(WEIGHTS, (0.1, 0.3, 0.6, 0.8), strict=True))
+    """Return the axes of the paper's rules; each weight is a share of the next larger one."""
+    large, small = "aggregator.weight.large", "aggregator.weight.small"
+    pull = 0.01
     return [
         *_ramp("aggregator.difference", 0.03, sensors.difference),
         *_ramp("aggregator.rate", 0.01, sensors.rate),
-        _around("aggregator.rate_time_constant", 0.3 * sensors.s2_interval, 0.1, 100.0),
-        *(Axis(f"aggregator.weight.{each}", 0.0, 1.0, usual[each], False) for each in WEIGHTS),
+        _around("aggregator.rate_time_constant", 0.3 * sensors.s2_interval, 0.1, 100.0, pull),
+        Axis("aggregator.weight.very_large", 0.0, 1.0, 0.8, False, pull=pull),
+        Axis(large, 0.0, 1.0, 0.7, False, "aggregator.weight.very_large", pull=pull),
+        Axis(small, 0.0, 1.0, 0.5, False, large, pull=pull),
+        Axis("aggregator.weight.very_small", 0.0, 1.0, 0.3, False, small, pull=pull),
         Axis(
             "aggregator.drift.large",
             0.0,
             4.0 * sensors.difference,
-            0.05 * sensors.difference,
+            0.0,
             logarithmic=False,
+            pull=pull,
         ),
     ]
 
 
-def filter_axes(sensors: Characteristics) -> list[Axis]:
-    """Return the axes of S1's low-pass and bias, of S2's lag, and of spikes if there are any."""
+def bias_axes(sensors: Characteristics) -> list[Axis]:
+    """Return the axes of S1's low-pass, spikes and bias, and of S2's lag.
+
+    Each is drawn towards what the sensors are like: S2's lag as measured, the more so the surer
+    that is; a bias that walks as far as S1 was seen to.
+    """
     shortest = 0.1 * sensors.s1_interval
-    lag = sensors.lag
+    lag = max(sensors.lag.total, sensors.s1_interval)
+    longest = max(3.0 * (lag + sensors.s2_delivery), 1.0, 2.0 * shortest)
+    sure = 0.06 if sensors.lag.correlation > SURE else 0.02
+    wander = max(sensors.wander, sensors.s2_noise)
     axes = [
         Axis(
             "s1.lowpass_time_constant",
-            0.3 * sensors.s1_interval,
+            shortest,
             max(300.0 * sensors.s1_interval, sensors.s2_interval),
             2.0 * sensors.s1_interval,
-        ),
-        Axis(
-            "s1.bias_time_constant",
-            0.03 * sensors.s2_interval,
-            max(300.0 * sensors.s2_interval, 100.0),
-            max(10.0 * sensors.s2_interval, 5.0),
+            pull=0.01,
         ),
         Axis(
             "s2.lag_time_constant",
             shortest,
-            max(3.0 * lag.time_constant, 1.0, 2.0 * shortest),
-            lag.time_constant,
+            longest,
+            max(sensors.lag.time_constant, 0.3 * lag),
+            pull=sure,
         ),
-        Axis("s2.delay", shortest, max(3.0 * lag.delay, 1.0, 2.0 * shortest), lag.delay),
+        Axis(
+            "s2.delay",
+            shortest,
+            longest,
+            max(sensors.lag.delay + sensors.s2_delivery, 0.05 * lag),
+            pull=sure / 2.0,
+        ),
+        _around("s1.bias_time_constant", usual_bias_time(sensors), 1e-3, 1e3, 0.0025),
+        _around("s1.bias_prior", wander, 0.01, 100.0, 0.01),
     ]
     if sensors.has_spikes:
         scale = max(sensors.spike_scale, TINY)
-        axes.append(Axis("s1.spike_threshold", 2.0 * scale, 1e3 * scale, 8.0 * scale))
+        axes.append(_around("s1.spike_threshold", 8.0 * scale, 0.25, 100.0, 0.02))
     return axes
 
 
-def learning_axes(sensors: Characteristics) -> list[Axis]:
-    """Return the axes of what adapts the conditioning: quietness, drift and trend."""
+def noise_axis(sensors: Characteristics) -> Axis:
+    """Return the axis of S2's noise, which has a unit only where innovations are to have one."""
+    return _around("s2.noise", sensors.s2_noise, 0.3, 300.0, 0.0)
+
+
+def slope_axes(sensors: Characteristics) -> list[Axis]:
+    """Return the axis of the slope of S1's bias."""
+    return [_around("s1.drift_time_constant", 3.0 * sensors.span, 1e-4, 1e4, 0.005)]
+
+
+def rule_axes(sensors: Characteristics) -> list[Axis]:
+    """Return the axes of Table 1 in the observer: how far S2 is doubted in motion, and when."""
     return [
-        Axis("s1.bias_moving_share", 0.0, 1.0, 0.2, logarithmic=False),
-        Axis(
-            "s1.drift_time_constant", SLOPE_OVER_BIAS, 1e3, 10.0, share_of="s1.bias_time_constant"
-        ),
-        _around("s1.trend_time_constant", 100.0 * sensors.s1_interval, 0.01, 10.0),
+        Axis("aggregator.weight.large", 1.0, 100.0, 2.0 / 3.0, doubt=True, pull=0.02),
+        _around("aggregator.rate.large", sensors.rate, 0.01, 30.0, 0.01),
     ]
+
+
+def very_large(values: Mapping[str, float]) -> Mapping[str, float]:
+    """Return the largest weight of Table 1 from the one before it: ``1 - (1 - large)^1.5``."""
+    large = values["aggregator.weight.large"]
+    return {"aggregator.weight.very_large": 1.0 - (1.0 - large) ** 1.5}
+
+
+def usual_bias_time(sensors: Characteristics) -> float:
+    """Return the time constant of a bias that walks as far as S1's was seen to, seconds."""
+    wander = max(sensors.wander, sensors.s2_noise)
+    walk = max(abs(sensors.drift), wander / math.sqrt(sensors.span))
+    return sensors.s2_noise * math.sqrt(sensors.s2_interval) / walk
 
 
 def _ramp(name: str, reach_down: float, scale: float) -> list[Axis]:
     large = f"{name}.large"
     return [
-        _around(large, scale, reach_down, 30.0),
-        Axis(f"{name}.small", 0.0, 0.95, 0.1, logarithmic=False, share_of=large),
+        _around(large, scale, reach_down, 30.0, 0.005),
+        Axis(f"{name}.small", 0.0, 0.95, 0.0, logarithmic=False, share_of=large, pull=0.01),
     ]
 
 
-def _around(name: str, usual: float, reach_down: float, reach_up: float) -> Axis:
-    return Axis(name, reach_down * usual, reach_up * usual, usual)
+def _around(name: str, usual: float, reach_down: float, reach_up: float, pull: float) -> Axis:
+    return Axis(name, reach_down * usual, reach_up * usual, usual, pull=pull)

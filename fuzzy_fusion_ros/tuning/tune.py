@@ -13,13 +13,14 @@ from fuzzy_fusion_ros.batch.series import Series, fusion, run
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import flatten, replace
 from fuzzy_fusion_ros.tuning import baselines, model_selection
+from fuzzy_fusion_ros.tuning.candidates import NO_DIFFERENCE
 from fuzzy_fusion_ros.tuning.characterise import (
     FEWEST_S1,
     Characteristics,
     characterise,
 )
 from fuzzy_fusion_ros.tuning.errors import TuneError
-from fuzzy_fusion_ros.tuning.fit import Problem
+from fuzzy_fusion_ros.tuning.fit import SETTLING, Problem
 from fuzzy_fusion_ros.tuning.kernel import outputs
 from fuzzy_fusion_ros.tuning.model_selection import FittedCandidate
 from fuzzy_fusion_ros.tuning.reference import reference_without_truth
@@ -34,6 +35,9 @@ INSTANT = 1e-3
 
 SHORTENING_COSTS = 1.02
 """The bias's time constant is shortened while that increases the misfit by no more than this."""
+
+FAR_BEYOND = (4.0, 8.0)
+"""A difference becomes large at these multiples of the largest innovation of the recording."""
 
 DIGITS = 4
 """Significant digits of fitted values."""
@@ -121,16 +125,18 @@ def tune(
     problem = Problem(series, target, counted, base)
     outputs(base, series)  # compiles it in this thread, so that the pool's threads do not wait
     baselines.warm_up(series)
-    planned = model_selection.planned(sensors) + baselines.planned()
+    with_truth = truth is not None
+    planned = model_selection.planned(sensors, with_truth) + baselines.planned()
     with Pool(threads, progress, planned) as pool:
-        candidates = model_selection.cross_validate(problem, sensors, pool, seed)
+        candidates = model_selection.cross_validate(problem, sensors, with_truth, pool, seed)
         fitted = baselines.fit_baselines_in(pool, series, target, counted, seed)
-    best = model_selection.chosen(candidates)
+    best = model_selection.chosen(candidates, int(series.s2_known[-1]))
     final = shorten_bias_time_constant(problem, simplified(problem, best.parameters))
+    final = with_safety_net(problem, final)
     after = with_predictor(problem, rounded(problem, final))
     return Tuned(
         sensors=sensors,
-        with_truth=truth is not None,
+        with_truth=with_truth,
         target=target,
         counted=counted,
         candidates=tuple(candidates),
@@ -154,8 +160,7 @@ def simplified(problem: Problem, parameters: Parameters) -> Parameters:
     most = NO_WORSE * problem.misfit(parameters)
     for changes in (
         {"s1.spike_threshold": 0.0},
-        {"s1.trend_time_constant": 0.0},
-        {"s1.lowpass_time_constant": 0.0, "s1.trend_time_constant": 0.0},
+        {"s1.lowpass_time_constant": 0.0},
         {"s1.drift_time_constant": 0.0},
         {"s2.delay": 0.0},
         {"s2.lag_time_constant": 0.0},
@@ -185,6 +190,27 @@ def shorten_bias_time_constant(problem: Problem, parameters: Parameters) -> Para
             return parameters
         parameters = quicker
     return parameters
+
+
+def with_safety_net(problem: Problem, parameters: Parameters) -> Parameters:
+    """Set from which difference on S1 counts as wrong: far beyond any of the recording.
+
+    Args:
+        problem: What was fitted.
+        parameters: The result; it stays as it is unless the bias is learnt.
+    """
+    found = outputs(parameters, problem.series).innovation
+    known = np.abs(found[np.isfinite(found)][SETTLING:])
+    if known.size == 0 or not known.max() > 0.0:
+        return parameters
+    ends = zip(("small", "large"), FAR_BEYOND, NO_DIFFERENCE, strict=True)
+    return replace(
+        parameters,
+        {
+            f"aggregator.difference.{name}": min(factor * float(known.max()), never)
+            for name, factor, never in ends
+        },
+    )
 
 
 def rounded(problem: Problem, parameters: Parameters) -> Parameters:

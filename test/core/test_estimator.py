@@ -115,7 +115,7 @@ def test_the_steps_are_those_of_the_paper_in_its_order(monkeypatch: pytest.Monke
         "learn",
     ]
     conditioned = by_name["condition"][1]
-    assert by_name["aggregate"][0][1] == conditioned.value
+    assert by_name["aggregate"][0][1] == conditioned.smooth.value
     assert by_name["prediction_at"][0][-2] is state.predictor  # as it was before this step
     assert by_name["accepts"][0][:2] == (said.prediction, said.aggregate.value)
     assert by_name["learn"][0][-1] == said.value  # the final estimate, after the gate
@@ -127,7 +127,7 @@ def test_the_steps_are_those_of_the_paper_in_its_order(monkeypatch: pytest.Monke
     [(0, FUSED), (5 * SECOND, FUSED), (5 * SECOND + 1, S1_ONLY)],
 )
 def test_s2_is_held_until_its_timeout(since_s2_ns: int, mode: int) -> None:
-    s2 = observe_s2(PINNED, initial_state(PINNED), SECOND, 0.5).s2
+    s2 = observe_s2(PINNED, initial_state(PINNED), SECOND, 0.5).sensors.s2
     assert mode_at(5.0, s2, 0, SECOND + since_s2_ns) == mode
 
 
@@ -162,7 +162,7 @@ def test_s2_comes_back_by_itself_and_without_a_spike() -> None:
     said, state = update(PINNED, state, 7 * SECOND, 0.25)
     assert said.mode == S1_ONLY
     state = observe_s2(PINNED, state, 7 * SECOND + STEP, 90.0)
-    assert state.s2.rate == 0.0
+    assert state.sensors.s2.rate == 0.0
     said, _ = update(PINNED, state, 7 * SECOND + 2 * STEP, 90.0)
     assert (said.mode, said.value) == (FUSED, 90.0)
 
@@ -170,7 +170,7 @@ def test_s2_comes_back_by_itself_and_without_a_spike() -> None:
 def test_s2_alone_is_its_held_value() -> None:
     state = after_both(PINNED)
     state = observe_s2(PINNED, state, 3 * SECOND, -0.75)
-    said = without_s1(Parameters(), state, state.s2.stamp_ns)
+    said = without_s1(Parameters(), state, state.sensors.s2.stamp_ns)
     assert (said.mode, said.value) == (S2_ONLY, -0.75)
     assert said.aggregate == (-0.75, 0.0, 0.0, (0.0, 0.0, 0.0, 0.0))
     assert not said.prediction.exists

@@ -85,6 +85,15 @@ def test_a_membership_function_that_is_of_no_use_is_a_warning(text: str) -> None
     assert summaries(report)["rules"] == []
 
 
+def test_where_the_bias_is_learnt_a_difference_is_not_expected_to_be_large() -> None:
+    report = RuleReport()
+    for k in range(ENOUGH):
+        report.record.see(fused(k, 0.0, 0.5))
+    learning = replace(Parameters(), {"s1.bias_time_constant": 1.0})
+    assert summaries(report, learning)["rules"] == []
+    assert summaries(report)["rules"] != []
+
+
 def test_the_gate_that_never_or_always_accepts_is_a_warning() -> None:
     report = RuleReport()
     for accepts, word in ((False, "never accepts"), (True, "accepts all")):

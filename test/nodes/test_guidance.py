@@ -133,3 +133,8 @@ def test_a_node_in_order_warns_of_nothing(
     for part in ("fusion", "s1", "s2"):
         assert diagnostics.next(f"fusion_node: {part}").level == OK
     assert log.lines[-1].startswith("FUSED")
+
+
+def test_weights_out_of_order_are_accepted_with_a_warning(harness: Harness, log: Log) -> None:
+    harness.fusion_node({"aggregator.weight.very_small": 0.9})
+    assert "got 0.9, 0.016, 0.12, 0.42" in log.wait_for("aggregator.weight.very_small")

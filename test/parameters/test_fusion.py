@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from fuzzy_fusion_ros.parameters.errors import ParameterError
-from fuzzy_fusion_ros.parameters.fusion import BreakPoints, Parameters
+from fuzzy_fusion_ros.parameters.fusion import BreakPoints, Parameters, Weights
 from fuzzy_fusion_ros.parameters.group import (
     Descriptor,
     Group,
@@ -35,7 +35,8 @@ PINNED = """
     aggregator.drift.small aggregator.drift.large
     predictor.enabled predictor.samples predictor.rules predictor.learning_rate
     predictor.error_threshold predictor.max_iterations
-    gate.tolerance s1.lowpass_time_constant s1.bias_time_constant
+    gate.tolerance s1.lowpass_time_constant s1.bias_time_constant s1.bias_prior
+    s1.drift_time_constant s2.noise
 """
 
 
@@ -122,6 +123,12 @@ def test_only_choices_are_taken(name: str, descriptor: Descriptor) -> None:
         assert flatten(replace(Parameters(), {name: choice}))[name] == choice
     with pytest.raises(ParameterError, match=rf"^parameter {name}: got 'S1', expected one of "):
         replace(Parameters(), {name: "S1"})
+
+
+def test_weights_that_do_not_rise_as_their_names_say_are_named() -> None:
+    assert Weights().order_problem() == ""
+    assert Weights(0.5, 0.5, 0.5, 0.5).order_problem() == ""
+    assert "got 0.9, 0.3, 0.6, 0.8: " in Weights(0.9, 0.3, 0.6, 0.8).order_problem()
 
 
 def test_the_triggers_are_those_of_the_contract() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 from tuning.recordings import Sensors, made
 
@@ -10,7 +9,6 @@ from fuzzy_fusion_ros.tuning import characterise
 from fuzzy_fusion_ros.tuning.candidates import FEWEST, LONG, candidates_for
 from fuzzy_fusion_ros.tuning.characterise import Characteristics
 from fuzzy_fusion_ros.tuning.fit import Evaluations
-from fuzzy_fusion_ros.tuning.space import SLOPE_OVER_BIAS
 
 
 @pytest.fixture(scope="module")
@@ -32,10 +30,14 @@ def test_a_long_recording_is_run_less_often(sensors: Characteristics) -> None:
     assert full_evaluations(sensors, 1e9) == tuple(round(FEWEST * each) for each in whole)
 
 
-def test_a_slope_is_never_learnt_much_quicker_than_its_bias(sensors: Characteristics) -> None:
-    space = {each.name: each for each in candidates_for(sensors)}["full"].spec.space
-    generator = np.random.default_rng(0)
-    for point in generator.random((50, len(space.axes))):
-        values = space.values(point)
-        least = SLOPE_OVER_BIAS * values["s1.bias_time_constant"]
-        assert values["s1.drift_time_constant"] >= least * (1.0 - 1e-9)
+def test_without_a_truth_a_lag_that_is_not_sure_is_kept(sensors: Characteristics) -> None:
+    for correlation, moved in ((0.95, True), (0.7, False)):
+        unsure = sensors._replace(lag=sensors.lag._replace(correlation=correlation))
+        named = {each.name: each.spec for each in candidates_for(unsure, with_truth=False)}
+        space = named["full"].space
+        assert ("s2.lag_time_constant" in {each.name for each in space.axes}) == moved
+        assert space.values(space.point({}))["s2.delay"] == pytest.approx(
+            max(sensors.lag.delay, 0.05 * sensors.lag.total)
+        )
+        assert named["full"].by_surprise
+        assert not named["aggregator"].by_surprise

@@ -14,9 +14,7 @@ from fuzzy_fusion_ros.tuning.kernel import outputs
 
 CONDITIONED = {
     "s1.lowpass_time_constant": 0.1,
-    "s1.trend_time_constant": 1.0,
     "s1.bias_time_constant": 3.0,
-    "s1.bias_moving_share": 0.2,
     "s1.drift_time_constant": 20.0,
     "s1.spike_threshold": 1.0,
     "s2.lag_time_constant": 0.3,

@@ -18,7 +18,7 @@ from fuzzy_fusion_ros.tuning.baselines import attempts
 from fuzzy_fusion_ros.tuning.candidates import candidates_for
 from fuzzy_fusion_ros.tuning.characterise import Characteristics
 from fuzzy_fusion_ros.tuning.fit import Problem
-from fuzzy_fusion_ros.tuning.space import Axis, Space, allowed, space_of
+from fuzzy_fusion_ros.tuning.space import Axis, Space, allowed, space_of, very_large
 from fuzzy_fusion_ros.tuning.tune import rounded
 
 MICROSECOND, HOUR = 1e-6, 3600.0
@@ -38,6 +38,7 @@ def recordings(draw: st.DrawFn) -> Characteristics:
         s2_gap=draw(times) * 1e3,
         s2_delivery=draw(times),
         s1_noise=draw(sizes),
+        s2_noise=draw(sizes),
         spike_share=draw(shares),
         spike_scale=draw(sizes),
         lag=Lag(draw(times), draw(times), draw(shares)),
@@ -65,12 +66,14 @@ def test_no_candidate_proposes_what_the_parameters_refuse(
 ) -> None:
     nothing = np.zeros(0)
     problem = Problem(None, nothing, nothing > 0.0, Parameters())  # type: ignore[arg-type]  # no run
-    for candidate in candidates_for(sensors):
+    for candidate in (*candidates_for(sensors), *candidates_for(sensors, with_truth=False)):
         space = candidate.spec.space
-        starts = [space.point(each) for each in (*candidate.spec.starts, candidate.spec.home)]
+        starts = [space.point(each) for each in candidate.spec.starts]
         for point in [*starts, *points(space, seed)]:
             assert ((point >= 0.0) & (point <= 1.0)).all()
-            rounded(problem, replace(Parameters(), space.values(point)))
+            assert space.away(point) >= 0.0
+            found = rounded(problem, replace(Parameters(), space.values(point)))
+            assert found.aggregator.weight.order_problem() == ""
 
 
 @settings(max_examples=100)
@@ -102,6 +105,7 @@ def test_an_axis_ends_where_its_parameter_does() -> None:
         (Axis("a", 0.1, 10.0, 1.0), 0.5, 1.0),
         (Axis("a", 0.1, 10.0, 1.0), 1.0, 10.0),
         (Axis("a", -1.0, 3.0, 0.0, logarithmic=False), 0.25, 0.0),
+        (Axis("a", 1.0, 100.0, 0.75, doubt=True), 0.5, 0.9),
     ],
 )
 def test_axes_go_both_ways(axis: Axis, place: float, value: float) -> None:
@@ -109,6 +113,26 @@ def test_axes_go_both_ways(axis: Axis, place: float, value: float) -> None:
     assert axis.place(value) == pytest.approx(place)
     assert axis.place(1e9) == 1.0
     assert axis.place(-1e9) == 0.0
+
+
+def test_a_pull_is_by_the_squared_decade() -> None:
+    axes = [
+        Axis("s2.delay", 0.01, 100.0, 1.0, pull=0.1),
+        Axis("aggregator.weight.small", 0.0, 1.0, 0.5, logarithmic=False, pull=0.2),
+    ]
+    space = space_of(Parameters, axes, {})
+    assert space.away(space.point({})) == 0.0
+    assert space.away(space.point({"s2.delay": 10.0})) == pytest.approx(0.1)
+    assert space.away(space.point({"s2.delay": 0.01})) == pytest.approx(0.4)
+    assert space.away(space.point({"aggregator.weight.small": 1.0})) == pytest.approx(0.05)
+
+
+def test_what_follows_is_set_too() -> None:
+    axis = Axis("aggregator.weight.large", 1.0, 100.0, 0.75, doubt=True)
+    space = space_of(Parameters, [axis], {}, very_large)
+    values = space.values(space.point({}))
+    assert values["aggregator.weight.large"] == pytest.approx(0.75)
+    assert values["aggregator.weight.very_large"] == pytest.approx(1.0 - 4.0**-1.5)
 
 
 def test_a_space_multiplies_shares_out() -> None:

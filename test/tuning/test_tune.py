@@ -192,8 +192,10 @@ def test_without_a_truth_an_s1_that_needs_no_bias_is_left_alone(patch: pytest.Mo
 def test_the_bias_is_learnt_as_quickly_as_costs_next_to_nothing(recording: Made) -> None:
     series, truth = recording
     problem = Problem(series, truth, series.s2_known > 0, Parameters())
-    weights = {f"aggregator.weight.{each}": 1.0 for each in _WEIGHTS}
-    slow = replace(Parameters(), {**weights, "s1.bias_time_constant": 100.0, **_LAG})
+    weights = {f"aggregator.weight.{each}": 0.0 for each in _WEIGHTS}
+    slow = replace(
+        Parameters(), {**weights, "s1.bias_time_constant": 100.0, **_LAG, "s2.noise": 0.1}
+    )
     quick = shorten_bias_time_constant(problem, slow)
     assert quick.s1.bias_time_constant < 100.0
     assert problem.misfit(quick) <= SHORTENING_COSTS * problem.misfit(slow)
@@ -213,14 +215,39 @@ def test_a_truth_that_is_elsewhere_is_refused(recording: Made) -> None:
         tune(recording.series, np.full_like(recording.truth, np.nan))
 
 
-def test_the_first_of_the_good_is_chosen() -> None:
-    def fitted(name: str, unseen: float) -> FittedCandidate:
-        return FittedCandidate(name, "", Parameters(), 0.0, unseen, ())
+def candidate(name: str, unseen: float, surprise: float = 0.0) -> FittedCandidate:
+    """Return a candidate with some errors."""
+    return FittedCandidate(name, "", Parameters(), 0.0, unseen, (), surprise)
 
-    errors = {"s2": 2.0, "s1": 1.02, "aggregator": 1.5, "full": 1.0}
-    candidates = [fitted(name, unseen) for name, unseen in errors.items()]
-    assert chosen(candidates).name == "s1"
-    assert chosen(candidates[:1]).name == "s2"
+
+GOOD = {"s2": 2.0, "s1": 2.0, "aggregator": 1.5, "bias": 1.0, "slope": 1.0, "full": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("errors", "s2_samples", "name"),
+    [
+        ({}, 100, "full"),
+        ({"full": 1.17}, 100, "full"),  # the parts left out say little against the rules
+        ({"full": 1.18}, 100, "bias"),
+        ({"full": 2.0, "slope": 0.9}, 100, "slope"),
+        ({"aggregator": 0.8}, 100, "aggregator"),
+        ({}, 49, "bias"),
+        ({"s1": 1.0}, 100, "s1"),
+        ({"s2": 0.9, "s1": 1.0}, 100, "s2"),
+    ],
+)
+def test_the_whole_is_chosen_unless_less_is_clearly_better(
+    errors: dict[str, float], s2_samples: int, name: str
+) -> None:
+    candidates = [candidate(*each) for each in {**GOOD, **errors}.items()]
+    assert chosen(candidates, s2_samples).name == name
+
+
+def test_without_a_truth_the_rules_have_to_predict_s2_better() -> None:
+    alone = [candidate(each, GOOD[each]) for each in ("s2", "s1", "aggregator", "bias")]
+    for surprise, name in ((-1.04, "slope"), (-1.06, "full")):
+        both = [candidate("slope", 1.0, -1.0), candidate("full", 1.0, surprise)]
+        assert chosen([*alone, *both], 100).name == name
 
 
 def test_blocks_are_equal_parts_of_what_counts() -> None:
@@ -258,7 +285,7 @@ def test_the_predictor_is_taken_only_where_it_helps() -> None:
     assert not with_predictor(perfect, alone).predictor.enabled
 
 
-_LAG = {"s1.bias_moving_share": 1.0, "s2.lag_time_constant": 0.4, "s2.delay": 0.2}
+_LAG = {"s2.lag_time_constant": 0.4, "s2.delay": 0.2}
 _WEIGHTS = ("very_small", "small", "large", "very_large")
 
 

@@ -1,0 +1,362 @@
+"""The observer: Table 1 on the innovation of S2, seen through S2's lag. Our extension.
+
+The paper blends S1 with S2 as it comes, and S2 comes late. Here what we believe of the signal,
+``x = S1 - c`` with S1 conditioned and ``c`` what it is off by, passes a model of S2: two
+first-order lags in a row, the second standing for a short delay. What comes out is what S2 would
+show if we were right; S2 minus that is its innovation, the honest difference. It corrects ``c``
+by a Kalman filter in which Table 1 says how far the sample is believed: S2's noise counts as
+``noise / (1 - W1)``. Without lag, and with nothing known of ``c``, this is the paper's blend.
+
+Variances are in units of S2's noise variance, since only their ratios matter.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from fuzzy_fusion_ros.core.aggregator import (
+    Aggregate,
+    FiringStrengths,
+    SlowSensor,
+    defuzzify,
+    firing_strengths,
+)
+from fuzzy_fusion_ros.core.conditioning import FastSensor, stepped_to
+from fuzzy_fusion_ros.core.covariance import (
+    Covariance,
+    Gain,
+    corrected,
+    gain,
+    of_bias,
+    propagated,
+    raised,
+)
+from fuzzy_fusion_ros.core.numerics import bounded, clamped, lag_gain, seconds_between
+from fuzzy_fusion_ros.parameters.fusion import AggregatorParameters, Parameters
+
+UNKNOWN = 1e4
+"""Standard deviation of a bias of which nothing is known, in those of S2's noise; no deviation
+grows by more at a time."""
+
+LEAST_BELIEF = 1e-6
+"""A sample of S2 is believed at least this much, whatever W1."""
+
+EVIDENCE = 9.0
+"""Rejected samples of S1 explain S2 if they lower the squared innovation by this many variances."""
+
+
+class Lagged(NamedTuple):
+    """A signal as it shows behind the first and behind the second lag of S2's model."""
+
+    first: float
+    second: float
+
+
+class Belief(NamedTuple):
+    """What is believed of the signal, by what S2 has said.
+
+    Attributes:
+        samples: S2 samples believed since the last start.
+        s2_ns: Stamp of the newest of them.
+        stamp_ns: Stamp that ``covariance`` is for; 0 before the first S1 sample.
+        bias: What conditioned S1 is off by, unit of the signal.
+        slope: Its slope, unit of the signal per second.
+        seen: The signal as S2 would show it.
+        doubted: The same if the samples of S1 that are being rejected were right.
+        covariance: Of bias, slope and lags, in units of S2's noise variance.
+        innovation: Of the newest sample of S2, unit of the signal: believed minus measured.
+        variance: Expected square of that, in units of S2's noise variance.
+        weight: W1 of that sample, 0 to 1: the share of the innovation that is not believed.
+        drift: How much more than the innovation the signal is off by now, unit of the signal.
+        strengths: Firing strengths at that sample.
+    """
+
+    samples: int
+    s2_ns: int
+    stamp_ns: int
+    bias: float
+    slope: float
+    seen: Lagged
+    doubted: Lagged
+    covariance: Covariance
+    innovation: float
+    variance: float
+    weight: float
+    drift: float
+    strengths: FiringStrengths
+
+
+def no_belief() -> Belief:
+    """Return the state before any sample."""
+    return Belief(
+        samples=0,
+        s2_ns=0,
+        stamp_ns=0,
+        bias=0.0,
+        slope=0.0,
+        seen=Lagged(0.0, 0.0),
+        doubted=Lagged(0.0, 0.0),
+        covariance=of_bias(0.0, 0.0, 0.0),
+        innovation=0.0,
+        variance=1.0,
+        weight=1.0,
+        drift=0.0,
+        strengths=FiringStrengths(0.0, 0.0, 0.0, 0.0),
+    )
+
+
+def observes(parameters: Parameters) -> bool:
+    """Return whether S1's bias is learnt: the observer then takes the place of the blend."""
+    return bool(parameters.s1.bias_time_constant > 0.0)
+
+
+def s2_decides(parameters: Parameters, s2: SlowSensor) -> bool:
+    """Return whether it is for S2 to say if S1 has stepped: it has shown how it moves."""
+    return observes(parameters) and s2.samples > 1
+
+
+def moved_on(
+    parameters: Parameters, kept: Belief, before: FastSensor, s1: FastSensor, s2: SlowSensor
+) -> Belief:
+    """Move the belief on to a sample of S1.
+
+    ``c += b dt; x = S1 - c; l1 += (1 - exp(-dt / lag)) (x - l1); l2 += ... (l1 - l2)``. The first
+    sample, also the first after a gap, starts S2's model from there.
+
+    Args:
+        parameters: All parameters, or their ``numbers``.
+        kept: The belief so far.
+        before: S1 before the sample.
+        s1: S1 with it, conditioned.
+        s2: S2 as held.
+    """
+    if kept.stamp_ns == 0 or s1.samples == 1:
+        return started(parameters, kept, s1, s2)
+    dt = seconds_between(before.stamp_ns, s1.stamp_ns)
+    first, second = lag_gains(parameters, dt)
+    step = s1.smooth.step
+    bias = bounded(kept.bias + kept.slope * dt + step)
+    doubted = kept.doubted
+    if s1.smooth.rejected > 0.0:
+        begun = kept.seen if before.smooth.rejected <= 0.0 else kept.doubted
+        doubted = passed(begun, s1.smooth.newest - bias, first, second)
+    return Belief(
+        samples=kept.samples,
+        s2_ns=kept.s2_ns,
+        stamp_ns=kept.stamp_ns,
+        bias=bias,
+        slope=kept.slope,
+        seen=passed(kept.seen, s1.smooth.value - bias, first, second),
+        doubted=doubted,
+        covariance=kept.covariance,
+        innovation=kept.innovation,
+        variance=kept.variance,
+        weight=kept.weight,
+        drift=kept.drift,
+        strengths=kept.strengths,
+    )
+
+
+def started(parameters: Parameters, kept: Belief, s1: FastSensor, s2: SlowSensor) -> Belief:
+    """Return the belief at the first sample of S1, or the first after a gap.
+
+    S2's model starts from there; the bias and its slope are kept, and are less certain by what
+    they may have walked.
+    """
+    bias, covariance = kept.bias, kept.covariance
+    if kept.stamp_ns == 0:
+        bias, covariance = 0.0, prior(parameters)
+    else:
+        dt = max(seconds_between(kept.stamp_ns, s1.stamp_ns), 0.0)
+        bias = bounded(bias + kept.slope * dt)
+        covariance = walked(parameters, covariance, s2.interval, dt)
+    x = bounded(s1.smooth.value - bias)
+    return Belief(
+        samples=kept.samples,
+        s2_ns=kept.s2_ns,
+        stamp_ns=max(kept.stamp_ns, s1.stamp_ns),
+        bias=bias,
+        slope=kept.slope,
+        seen=Lagged(x, x),
+        doubted=Lagged(x, x),
+        covariance=of_bias(covariance.cc, covariance.cb, covariance.bb),
+        innovation=kept.innovation,
+        variance=kept.variance,
+        weight=kept.weight,
+        drift=kept.drift,
+        strengths=kept.strengths,
+    )
+
+
+def believe(
+    parameters: Parameters, kept: Belief, s1: FastSensor, s2: SlowSensor
+) -> tuple[Belief, FastSensor]:
+    """Correct the belief by a sample of S2; rejected samples of S1 may turn out to be right.
+
+    Args:
+        parameters: All parameters, or their ``numbers``.
+        kept: The belief, moved on to S1's newest sample.
+        s1: S1, conditioned.
+        s2: S2, holding the sample.
+
+    Returns:
+        The belief after it, and S1, moved to the rejected samples if these explain S2.
+    """
+    dt = max(seconds_between(kept.stamp_ns, s2.stamp_ns), 0.0)
+    p = walked(parameters, kept.covariance, s2.interval, dt)
+    seen = kept.seen
+    strengths = rule_strengths(parameters.aggregator, seen, s2)
+    noise = noise_variance(parameters.aggregator, strengths)
+    if s1.smooth.rejected > 0.0 and s2.samples > 1:
+        margin = EVIDENCE * (p.m22 + noise) * parameters.s2.noise * parameters.s2.noise
+        if is_explained(kept.doubted.second - s2.value, seen.second - s2.value, margin):
+            seen = kept.doubted
+            s1 = FastSensor(s1.samples, s1.stamp_ns, s1.interval, stepped_to(s1.smooth.newest, 0.0))
+            strengths = rule_strengths(parameters.aggregator, seen, s2)
+            noise = noise_variance(parameters.aggregator, strengths)
+    innovation = bounded(seen.second - s2.value)
+    p = raised(p, doubt(parameters, strengths, innovation))
+    k = gain(p, noise)
+    return (
+        Belief(
+            samples=kept.samples + 1,
+            s2_ns=s2.stamp_ns,
+            stamp_ns=max(kept.stamp_ns, s2.stamp_ns),
+            bias=bounded(kept.bias + k.bias * innovation),
+            slope=bounded(kept.slope + k.slope * innovation),
+            seen=Lagged(
+                bounded(seen.first - k.first * innovation),
+                bounded(seen.second - k.second * innovation),
+            ),
+            doubted=seen,
+            covariance=corrected(p, k, noise),
+            innovation=innovation,
+            variance=p.m22 + noise,
+            weight=clamped(1.0 - k.second, 0.0, 1.0),
+            drift=lead(k) * abs(innovation),
+            strengths=strengths,
+        ),
+        s1,
+    )
+
+
+def believed(kept: Belief, s1: FastSensor) -> Aggregate:
+    """Return what is believed of the signal, and what the newest S2 sample had to say in it."""
+    return Aggregate(bounded(s1.smooth.value - kept.bias), kept.weight, kept.drift, kept.strengths)
+
+
+def prior(parameters: Parameters) -> Covariance:
+    """Return the covariance before S2 has spoken: ``bias_prior`` over S2's noise, squared.
+
+    Where either is 0, nothing is known of the bias and the first sample of S2 sets it.
+    """
+    known = parameters.s1.bias_prior > 0.0 and parameters.s2.noise > 0.0
+    ratio = parameters.s1.bias_prior / parameters.s2.noise if known else UNKNOWN
+    ratio = min(ratio, UNKNOWN)
+    return of_bias(ratio * ratio, 0.0, 0.0)
+
+
+def walked(parameters: Parameters, p: Covariance, interval: float, dt: float) -> Covariance:
+    """Return the covariance after a time in which the bias and its slope have walked.
+
+    The bias walks by ``q^2 dt = noise^2 interval dt / T^2``, with ``interval`` that of S2. Where
+    S2 is wholly believed and has no lag, the steady gain of the filter is then ``interval / T``
+    for ``T`` much longer than it: the bias is learnt with ``T = s1.bias_time_constant``. Its
+    slope walks by ``(q / T_d)^2 dt``, learnt with ``T_d = s1.drift_time_constant`` likewise.
+
+    Args:
+        parameters: All parameters, or their ``numbers``.
+        p: The covariance before.
+        interval: Usual time between samples of S2, seconds; 0 while it is not known.
+        dt: Seconds, 0 or more.
+    """
+    if dt <= 0.0:
+        return p
+    learning, drifting = parameters.s1.bias_time_constant, parameters.s1.drift_time_constant
+    walk = min(interval * dt / learning / learning, UNKNOWN * UNKNOWN)
+    turn = min(walk / drifting / drifting, UNKNOWN * UNKNOWN) if drifting > 0.0 else 0.0
+    first, second = lag_gains(parameters, dt)
+    p = propagated(
+        Covariance(p.cc + walk, p.cb, p.c1, p.c2, p.bb, p.b1, p.b2, p.m11, p.m12, p.m22),
+        dt,
+        first,
+        second,
+    )
+    return Covariance(
+        p.cc + turn * dt * dt / 3.0,
+        p.cb + turn * dt / 2.0,
+        p.c1,
+        p.c2,
+        p.bb + turn,
+        p.b1,
+        p.b2,
+        p.m11,
+        p.m12,
+        p.m22,
+    )
+
+
+def rule_strengths(
+    parameters: AggregatorParameters, seen: Lagged, s2: SlowSensor
+) -> FiringStrengths:
+    """Table 1's left side, on the innovation of S2 and on its rate."""
+    difference = abs(bounded(seen.second - s2.value))
+    return firing_strengths(difference, abs(s2.rate), parameters.difference, parameters.rate)
+
+
+def noise_variance(parameters: AggregatorParameters, strengths: FiringStrengths) -> float:
+    """Return the variance that a sample of S2 counts with: ``1 / (1 - W1)^2``, Table 1's W1."""
+    levels = parameters.weight
+    w1 = defuzzify(strengths, levels.small, levels.large, levels.very_small, levels.very_large)
+    belief = max(1.0 - w1, LEAST_BELIEF)
+    return 1.0 / (belief * belief)
+
+
+def doubt(parameters: Parameters, strengths: FiringStrengths, innovation: float) -> float:
+    """Return by how much the variance of the bias grows under *difference large, rate small*.
+
+    That rule says that S1 has gone wrong, by no less than the innovation. Where S2's noise is not
+    known there is nothing to compare it with.
+    """
+    if parameters.s2.noise <= 0.0:
+        return 0.0
+    ratio = min(abs(innovation) / parameters.s2.noise, UNKNOWN)
+    return strengths.large_small * ratio * ratio
+
+
+def is_explained(doubted: float, believed: float, margin: float) -> bool:
+    """Return whether rejected samples of S1 explain a sample of S2 where the belief does not.
+
+    Args:
+        doubted: Innovation if the rejected samples are right.
+        believed: Innovation if they are spikes.
+        margin: Square of the signal's unit by which the first has to be smaller, squared.
+    """
+    doubted, believed = bounded(doubted), bounded(believed)
+    return believed * believed - doubted * doubted > margin and abs(doubted) < 0.5 * abs(believed)
+
+
+def lead(k: Gain) -> float:
+    """Return how much more than an innovation the signal is off by, as a share of it.
+
+    An innovation seen through a lag stands for a larger error now: the paper's drift, in the
+    direction of motion. It vanishes with the lag.
+    """
+    return max(k.bias - k.second, 0.0)
+
+
+def passed(lagged: Lagged, x: float, first: float, second: float) -> Lagged:
+    """Return a signal behind both lags after another step.
+
+    Args:
+        lagged: As it was.
+        x: The signal now.
+        first, second: Gains of the lags over the step, 0 to 1.
+    """
+    behind = bounded(lagged.first + first * (x - lagged.first))
+    return Lagged(behind, bounded(lagged.second + second * (behind - lagged.second)))
+
+
+def lag_gains(parameters: Parameters, dt: float) -> tuple[float, float]:
+    """Return the gains of both lags of S2's model over a time ``dt``, seconds."""
+    return lag_gain(dt, parameters.s2.lag_time_constant), lag_gain(dt, parameters.s2.delay)
