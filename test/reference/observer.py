@@ -9,6 +9,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 
@@ -28,14 +29,14 @@ def observed(parameters: Parameters, s1: Samples, s2: Samples, known: Sequence[i
     full = np.array([1.0, 0.0, 1.0, 1.0])
     p = np.outer(full, full) * (parameters.s1.bias_prior / noise) ** 2
     rate = interval = held = 0.0
-    held_ns = at_ns = None
+    held_ns = at_ns = 0
     said: list[float] = []
     seen = 0
     believed = -1
     for k, (stamp_ns, value) in enumerate(s1):
         while seen < known[k]:
             z_ns, z = s2[seen]
-            if held_ns is not None:
+            if seen > 0:
                 dt = (z_ns - held_ns) * 1e-9
                 t_r = parameters.aggregator.rate_time_constant
                 rate = (t_r * rate + z - held) / (t_r + dt)
@@ -71,7 +72,9 @@ def _gain(dt: float, time_constant: float) -> float:
     return 1.0 if time_constant == 0.0 else 1.0 - math.exp(-dt / time_constant)
 
 
-def _walked(parameters: Parameters, p: np.ndarray, interval: float, d: float) -> np.ndarray:
+def _walked(
+    parameters: Parameters, p: NDArray[np.float64], interval: float, d: float
+) -> NDArray[np.float64]:
     a, h = _gain(d, parameters.s2.lag_time_constant), _gain(d, parameters.s2.delay)
     transition = np.array(
         [
@@ -92,8 +95,8 @@ def _walked(parameters: Parameters, p: np.ndarray, interval: float, d: float) ->
 
 
 def _corrected(
-    parameters: Parameters, p: np.ndarray, state: tuple[float, ...], z: float, rate: float
-) -> tuple[float, float, float, float, np.ndarray]:
+    parameters: Parameters, p: NDArray[np.float64], state: tuple[float, ...], z: float, rate: float
+) -> tuple[float, float, float, float, NDArray[np.float64]]:
     c, b, l1, l2 = state
     e = l2 - z
 
