@@ -1,6 +1,8 @@
 # Every target sets up $(VENV) first, where that is due: see .ci/setup.
 PYTHON ?= python3
 VENV ?= .venv
+# The distribution of ROS 2 where none is sourced: jazzy or kilted.
+DISTRO ?= jazzy
 # Options for the executable behind a target: make demo ARGS="--seed 7"
 ARGS ?=
 # Tests at a time. One more than there are processors, as tests of nodes mostly wait.
@@ -25,8 +27,8 @@ help: ## list the targets
 	@echo 'PYTHON=... picks the interpreter (3.10 or later), ARGS="..." goes to the executable.'
 
 .PHONY: venv
-venv: ## set up .venv: ROS 2 Jazzy, all that is needed here, and the package, editable
-	@.ci/setup '$(PYTHON)' '$(VENV)'
+venv: ## set up .venv: ROS 2, all that is needed here, and the package, editable
+	@.ci/setup '$(PYTHON)' '$(VENV)' '$(DISTRO)'
 
 .PHONY: demo
 demo: venv ## close the loop over DDS, record, replay, score, plot

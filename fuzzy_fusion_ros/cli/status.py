@@ -28,8 +28,9 @@ Main = Callable[[Sequence[str] | None], int]
 def command(name: str) -> Callable[[Main], Callable[..., int]]:
     """Make a command of a function: its errors become a line on stderr and an exit status.
 
-    Every :class:`FusionError` gives status 2. An interrupt gives 128 and the signal's number,
-    and so does a reader of stdout that has gone away, as with any Unix tool. No traceback.
+    Every :class:`FusionError` gives status 2, and so does a library that is not installed. An
+    interrupt gives 128 and the signal's number, and so does a reader of stdout that has gone away,
+    as with any Unix tool. No traceback.
 
     Args:
         name: The command's name, said before each error.
@@ -44,6 +45,9 @@ def command(name: str) -> Callable[[Main], Callable[..., int]]:
                     sys.stdout.flush()
             except FusionError as error:
                 say(name, error)
+                return UNUSABLE
+            except ModuleNotFoundError as error:
+                say(name, _missing(error))
                 return UNUSABLE
             except MemoryError:
                 say(name, "out of memory: the input needs more than there is")
@@ -78,6 +82,23 @@ def show(text: str, *, on_stderr: bool = False) -> None:
     encoding = stream.encoding or "utf-8"
     lines = "\n".join(map(visible, text.split("\n")))
     print(lines.encode(encoding, "backslashreplace").decode(encoding), file=stream)
+
+
+def _missing(error: ModuleNotFoundError) -> str:
+    """Say how to install what is not there.
+
+    Raises:
+        ModuleNotFoundError: It is a part of this package.
+    """
+    library = str(error.name).partition(".")[0]
+    if library == __package__.partition(".")[0]:
+        raise error
+    if library == "rclpy" or library.endswith(("_msgs", "_srvs")):
+        return f"{library} is not found: source ROS 2, for example /opt/ros/jazzy/setup.bash"
+    return (
+        f"{library} is not installed: in a workspace, src/fuzzy_fusion_ros/install.sh brings it; "
+        f"in a virtual environment, pip install {library}"
+    )
 
 
 class _Termination:

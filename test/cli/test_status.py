@@ -52,6 +52,36 @@ def test_an_error_of_the_users_is_one_line(capsys: pytest.CaptureFixture[str]) -
     assert capsys.readouterr() == ("", "tool: got 3, expected 4\n")
 
 
+@pytest.mark.parametrize(
+    ("module", "said"),
+    [
+        ("mcap.records", "tool: mcap is not installed: in a workspace, src/fuzzy_fusion_ros/"),
+        ("rclpy", "tool: rclpy is not found: source ROS 2, for example /opt/ros/jazzy/setup.bash"),
+        ("geometry_msgs.msg", "tool: geometry_msgs is not found: source ROS 2"),
+    ],
+)
+def test_a_library_that_is_missing_is_named_with_what_brings_it(
+    capsys: pytest.CaptureFixture[str], module: str, said: str
+) -> None:
+    @command("tool")
+    def main(arguments: Sequence[str] | None = None) -> int:
+        raise ModuleNotFoundError(f"No module named {module!r}", name=module)
+
+    assert main([]) == UNUSABLE
+    shown = capsys.readouterr().err
+    assert shown.startswith(said)
+    assert shown.count("\n") == 1
+
+
+def test_a_part_of_ours_that_is_missing_is_not_hidden() -> None:
+    @command("tool")
+    def main(arguments: Sequence[str] | None = None) -> int:
+        raise ModuleNotFoundError(name="fuzzy_fusion_ros.gone")
+
+    with pytest.raises(ModuleNotFoundError):
+        main()
+
+
 def test_an_error_of_ours_is_not_hidden() -> None:
     @command("tool")
     def main(arguments: Sequence[str] | None = None) -> int:

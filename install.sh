@@ -1,0 +1,23 @@
+#!/usr/bin/env bash
+# Usage, in a colcon workspace, with ROS 2 sourced: src/fuzzy_fusion_ros/install.sh [COLCON OPTIONS]
+# Installs what the package needs, and builds the workspace.
+#
+# The libraries for bags are on PyPI alone, and Ubuntu 24.04 lets pip install nothing into its own
+# Python. So they go into an environment beside src/, which sees the system's packages and which
+# colcon passes over, as https://docs.ros.org/en/jazzy/How-To-Guides/Using-Python-Packages.html
+# has it. Programs are built with its interpreter: nobody has to activate it.
+set -euo pipefail
+
+package=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+die() { echo "install.sh: $*" >&2; exit 2; }
+
+[ -d src ] || die "there is no src/ in $PWD: run it in a colcon workspace"
+python3 -c 'import rclpy' || die "python3 cannot import rclpy: source ROS 2 first, outside virtual environments"
+
+rosdep install --from-paths "$package" --ignore-src -y
+python3 -m venv --system-site-packages venv
+touch venv/COLCON_IGNORE
+# numpy as the system has it: the messages of ROS are compiled for it.
+venv/bin/python -m pip install --quiet "mcap>=1.2,<2" "rosbags>=0.11.9,<0.12" "numpy<2"
+venv/bin/python "$(command -v colcon)" build "$@"
+echo "install.sh: built; next: source install/setup.bash && fuzzy-fusion --help"
