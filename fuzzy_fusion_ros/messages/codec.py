@@ -5,6 +5,7 @@ Instead of deserialising with rclpy or rosbags: see :mod:`fuzzy_fusion_ros.messa
 
 from __future__ import annotations
 
+import contextlib
 import math
 import struct
 from typing import NamedTuple
@@ -85,6 +86,29 @@ class ScalarCodec:
             raise MessageError(f"a message is no {self.type_name}: it has {problem}")
         return Sample(stamp_ns, float(value))
 
+    def place(self, data: bytes) -> Place:
+        """Return where stamp and number are in a message.
+
+        They are there in every message of the same size and byte order in which all texts and
+        arrays are as long, unless the path looks up a name.
+
+        Raises:
+            MessageError: It lacks the element, or is no message of the type.
+        """
+        with contextlib.suppress(StampError):
+            self.sample(data, 0)
+        view = self._view(data)
+        stamp_at = None if view.stamp_at is None else view.stamp_at(data, ORIGIN)
+        return Place(view.number.format, view.number_at(data, ORIGIN), stamp_at)
+
+    def lengths_at(self, data: bytes) -> tuple[int, ...]:
+        """Return where the lengths of all texts and arrays are in a message.
+
+        Args:
+            data: A message that :meth:`sample` can read.
+        """
+        return self._view(data).layout.lengths_at(self.type_name, data)
+
     def frame(self, data: bytes) -> str:
         """Return the ``frame_id`` of a message's header; ``""`` without a header.
 
@@ -116,6 +140,20 @@ class ScalarCodec:
                 f"a message is no {self.type_name}: it begins with {data[:4]!r}, no CDR"
             )
         return view
+
+
+class Place(NamedTuple):
+    """Where stamp and number are in a message.
+
+    Attributes:
+        number: Byte order and type of the number, as :mod:`struct` writes them.
+        number_at: Where it begins.
+        stamp_at: Where the stamp begins, 32-bit seconds and nanoseconds; None if there is none.
+    """
+
+    number: str
+    number_at: int
+    stamp_at: int | None
 
 
 class Template:

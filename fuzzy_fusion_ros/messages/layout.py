@@ -42,7 +42,9 @@ class Layout:
         """
         self._types = types
         self._messages: dict[str, list[_Part]] = {}
-        self._unpack_count = struct.Struct(f"{order}I").unpack_from
+        self._unpack_count: Callable[[bytes, int], tuple[int, ...]] = struct.Struct(
+            f"{order}I"
+        ).unpack_from
 
     def end(self, type_name: str) -> Walk:
         """Return the walk past a message.
@@ -51,6 +53,24 @@ class Layout:
             MessageError: The type, or one in it, is unknown, or has no layout that is known.
         """
         return _chain(_merged(self._parts(FieldType(type_name))))
+
+    def lengths_at(self, type_name: str, data: bytes) -> tuple[int, ...]:
+        """Return where the lengths of all texts and arrays are in a message.
+
+        Args:
+            type_name: The type of the message.
+            data: A message of it.
+        """
+        found: list[int] = []
+        noting = Layout(self._types, "<")
+
+        def note(data: bytes, at: int) -> tuple[int, ...]:
+            found.append(at)
+            return self._unpack_count(data, at)
+
+        noting._unpack_count = note
+        noting.end(type_name)(data, ORIGIN)
+        return tuple(found)
 
     def place(self, type_name: str, field: FieldPath) -> Walk:
         """Return the walk from the begin of a message to a number or a text in it.

@@ -1,0 +1,88 @@
+"""The units of numbers in standard messages, as their definitions state them."""
+
+from __future__ import annotations
+
+import re
+
+from fuzzy_fusion_ros.messages.codec import ScalarCodec
+from fuzzy_fusion_ros.messages.field_path import FieldPath
+from fuzzy_fusion_ros.messages.type_names import normalise_type_name
+from fuzzy_fusion_ros.parameters.errors import MessageError
+
+# What a path ends in, in any message: sub-messages of standard types are named alike everywhere.
+_BY_PATH = {
+    r"linear_acceleration\.[xyz]": "m/s^2",
+    r"angular_velocity\.[xyz]": "rad/s",
+    r"twist\.linear\.[xyz]": "m/s",
+    r"twist\.angular\.[xyz]": "rad/s",
+    r"accel\.linear\.[xyz]": "m/s^2",
+    r"accel\.angular\.[xyz]": "rad/s^2",
+    r"pose\.position\.[xyz]": "m",
+    r"wrench\.force\.[xyz]": "N",
+    r"wrench\.torque\.[xyz]": "N m",
+    r"magnetic_field\.[xyz]": "T",
+    r"fluid_pressure": "Pa",
+    r"illuminance": "lx",
+}
+
+_BY_TYPE = {
+    "geometry_msgs/msg/Accel": {r"linear\.[xyz]": "m/s^2", r"angular\.[xyz]": "rad/s^2"},
+    "geometry_msgs/msg/Pose": {r"position\.[xyz]": "m"},
+    "geometry_msgs/msg/Twist": {r"linear\.[xyz]": "m/s", r"angular\.[xyz]": "rad/s"},
+    "geometry_msgs/msg/Wrench": {r"force\.[xyz]": "N", r"torque\.[xyz]": "N m"},
+    "sensor_msgs/msg/BatteryState": {r"voltage": "V", r"current": "A", r"temperature": "degC"},
+    "sensor_msgs/msg/NavSatFix": {r"latitude|longitude": "deg", r"altitude": "m"},
+    "sensor_msgs/msg/Range": {r"range|min_range|max_range": "m", r"field_of_view": "rad"},
+    "sensor_msgs/msg/Temperature": {r"temperature": "degC"},
+}
+
+RATES = {"m": "m/s", "m/s": "m/s^2", "rad": "rad/s", "rad/s": "rad/s^2"}
+"""The unit of the rate of a quantity, by the unit of the quantity."""
+
+
+def unit_of(type_name: str, field: str) -> str:
+    """Return the unit that a standard message gives its number.
+
+    Args:
+        type_name: ``package/msg/Type``.
+        field: The path of the number.
+
+    Returns:
+        ``""`` where the definition states none, as for plain scalars and for points, which are
+        used for anything.
+    """
+    rules = _BY_TYPE.get(normalise_type_name(type_name), _BY_PATH)
+    path = re.sub(r"\[\d+\]", "", FieldPath(field).text)
+    for pattern, unit in rules.items():
+        if re.search(rf"(?:^|\.)(?:{pattern})$", path):
+            return unit
+    return ""
+
+
+def signal_unit(s1: ScalarCodec, s2: ScalarCodec, given: str) -> str:
+    """Return the unit of the signal.
+
+    Args:
+        s1: Reads S1.
+        s2: Reads S2.
+        given: ``signal.unit``; if it is not empty, that is the unit.
+
+    Returns:
+        ``""`` where neither type states one.
+
+    Raises:
+        MessageError: The types state different units, and none is given.
+    """
+    if given:
+        return given
+    units = [unit_of(each.type_name, each.field.text) for each in (s1, s2)]
+    if all(units) and units[0] != units[1]:
+        described = [
+            f"{name} is in {unit} ({each.field.text} of {each.type_name})"
+            for name, unit, each in zip(("s1", "s2"), units, (s1, s2), strict=True)
+        ]
+        raise MessageError(
+            f"{', '.join(described)}: choose fields of one unit, or set signal.unit if both "
+            "sensors measure one quantity all the same"
+        )
+    return units[1] or units[0]
