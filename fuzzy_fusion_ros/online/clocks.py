@@ -10,6 +10,9 @@ NOTICEABLE = 0.25
 SUSPICIOUS = 2.0
 """Seconds: no sensor's messages are on the way for longer than this."""
 
+SYNCHRONIZE = "synchronize the clocks that stamp them, or stamp both on receipt"
+"""What to do about clocks that are apart."""
+
 
 def offset_between(s1: Guard, s2: Guard) -> float | None:
     """Return how far S2's stamps are behind S1's when both arrive, seconds.
@@ -37,15 +40,23 @@ def clock_problem(s1: Guard, s2: Guard, s1_timeout: float, s2_timeout: float) ->
     harmless = min(SUSPICIOUS, s2_timeout if offset > 0.0 else s1_timeout)
     if abs(offset) <= harmless and min(s1.delay, s2.delay) >= -NOTICEABLE:
         return ""
-    where = "behind" if offset > 0.0 else "ahead of"
-    return (
-        f"s2's stamps are {duration(abs(offset))} {where} s1's while both arrive: synchronize the "
-        "clocks that stamp them, or stamp both on receipt"
-    )
+    return f"{apart(offset)} while both arrive: {SYNCHRONIZE}"
+
+
+def apart(behind: float) -> str:
+    """Say how S2's stamps stand to S1's: ``s2's stamps are 5.0 s behind s1's``.
+
+    Args:
+        behind: How far they are behind, seconds; negative if they are ahead.
+    """
+    where = "behind" if behind > 0.0 else "ahead of"
+    return f"s2's stamps are {duration(abs(behind))} {where} s1's"
 
 
 def duration(seconds: float) -> str:
-    """Return a duration in words: ``5.0 s``, ``1.76e9 s``."""
+    """Return a duration in words: ``0.25 s``, ``5.0 s``, ``1.76e9 s``."""
+    if seconds < 1.0:
+        return f"{seconds:.2g} s"
     if seconds < 1e5:
         return f"{seconds:.1f} s"
     mantissa, _, exponent = f"{seconds:.2e}".partition("e")

@@ -1,0 +1,1 @@
+"""What is wrong with two sensors, from their samples as they came: no ROS, no files."""

@@ -1,0 +1,219 @@
+"""The check of two sensors: what they are like, and what is wrong with them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from fuzzy_fusion_ros.batch.arrays import Reals
+from fuzzy_fusion_ros.checking import pair
+from fuzzy_fusion_ros.checking.clocks import Clocks, Stamped, judge_clocks
+from fuzzy_fusion_ros.checking.finding import Finding, Level
+from fuzzy_fusion_ros.checking.motion import motion_of
+from fuzzy_fusion_ros.checking.relation import MOST_POINTS, Kind, Relation, lag_of, relations
+from fuzzy_fusion_ros.checking.samples import SensorSamples, TwoSensors
+from fuzzy_fusion_ros.checking.stamps import ClockStep, deliveries, judge_stamps
+from fuzzy_fusion_ros.checking.values import Values, judge_values, wrap_of
+from fuzzy_fusion_ros.online.clocks import duration
+
+FEWEST = 3
+"""With fewer usable samples nothing can be said of a sensor."""
+
+GAP_INTERVALS = 10.0
+"""A time without samples of more than this many intervals is a gap,"""
+
+GAP_SECONDS = 1.0
+"""of more than this many seconds: shorter ones are bridged."""
+
+
+class Character(NamedTuple):
+    """What one sensor is like.
+
+    Attributes:
+        name: ``s1`` or ``s2``.
+        source: Topic, field and, if known, unit.
+        samples: How many came.
+        usable: How many of them are finite and have a stamp on a lasting timeline.
+        interval: Median time between these, seconds.
+        gap: Longest time between these, seconds.
+        delivery: Median time from stamp to arrival, seconds.
+        latest: That of the slowest of a hundred, seconds.
+        low: Least value.
+        high: Largest value.
+        noise: Standard deviation of the white noise, as second differences say; too large for a
+            sensor that moves much between two samples.
+        repeated: Share of samples that equal the one before.
+        spikes: Share of samples that jump off and back.
+    """
+
+    name: str
+    source: str
+    samples: int
+    usable: int
+    interval: float
+    gap: float
+    delivery: float
+    latest: float
+    low: float
+    high: float
+    noise: float
+    repeated: float
+    spikes: float
+
+
+class Check(NamedTuple):
+    """The result of a check.
+
+    Attributes:
+        characters: What the sensors are like, by name; one without usable samples is left out.
+        behind: How far S2's stamps are behind S1's when both arrive, seconds; negative if they
+            are ahead, NaN if unknown or if a clock steps.
+        relation: What they are to each other; None if their motion does not tell.
+        findings: What is worth telling, the worst first.
+    """
+
+    characters: dict[str, Character]
+    behind: float
+    relation: Relation | None
+    findings: tuple[Finding, ...]
+
+    @property
+    def is_fine(self) -> bool:
+        """Whether nothing is wrong."""
+        return all(each.level is Level.INFO for each in self.findings)
+
+
+def check(sensors: TwoSensors, most_points: int = MOST_POINTS) -> Check:
+    """Look at two sensors, and say what is wrong.
+
+    Args:
+        sensors: Their samples as they came; a node gives its most recent ones.
+        most_points: Points to compare motion on; the time that this takes is proportional.
+    """
+    same = pair.same_source(sensors)
+    both = sensors.s1, sensors.s2
+    period = max(wrap_of(each.values[np.isfinite(each.values)]).period for each in both)
+    judged = [_judge(each, sensors.start_ns, period) for each in both]
+    characters = {each.usable.name: each.character for each in judged if each.character}
+    findings = [*same, *pair.same_units(sensors)]
+    findings += [finding for each in judged for finding in each.findings]
+    if len(characters) < 2 or any(each.about == "same topic" for each in same):
+        return Check(characters, np.nan, None, _sorted(findings))
+    clocks, relation, about_both = _compare(
+        judged[0], judged[1], sensors.start_ns, pair.kind_by_units(sensors), most_points
+    )
+    return Check(characters, clocks.behind, relation, _sorted([*findings, *about_both]))
+
+
+class _Judged(NamedTuple):
+    """One sensor, judged by itself.
+
+    Attributes:
+        usable: Its samples with a finite value and a stamp on a lasting timeline.
+        steps: Where its clock steps.
+        clean: The values of these without wraps and spikes.
+        character: What it is like; None if too few samples are usable.
+        findings: What is wrong.
+    """
+
+    usable: SensorSamples
+    steps: tuple[ClockStep, ...]
+    clean: Reals
+    character: Character | None
+    findings: tuple[Finding, ...]
+
+
+def _judge(samples: SensorSamples, start_ns: int, period: float) -> _Judged:
+    timeline = judge_stamps(samples, start_ns)
+    dated = samples.kept(timeline.usable)
+    usable = dated.kept(np.isfinite(dated.values))
+    if usable.values.size < FEWEST:
+        count, of = usable.values.size, samples.values.size
+        text = f"{count} of {of} samples of {samples.name} can be used"
+        few = Finding(Level.ERROR, "samples", text if of else f"{samples.name} has no messages", {})
+        return _Judged(usable, (), usable.values, None, (few, *timeline.findings))
+    values = judge_values(dated, period)
+    findings = (*timeline.findings, *values.findings, *_gaps(samples, start_ns))
+    character = _character(samples, usable, values)
+    return _Judged(usable, timeline.steps, values.clean, character, findings)
+
+
+def _character(samples: SensorSamples, usable: SensorSamples, values: Values) -> Character:
+    steps = np.diff(np.unique(usable.stamps_ns)) * 1e-9
+    delivery = deliveries(usable)
+    return Character(
+        name=samples.name,
+        source=" ".join(filter(None, (samples.topic, samples.field, samples.unit))),
+        samples=samples.values.size,
+        usable=usable.values.size,
+        interval=float(np.median(steps)) if steps.size else np.inf,
+        gap=float(steps.max(initial=0.0)),
+        delivery=float(np.median(delivery)),
+        latest=float(np.quantile(delivery, 0.99)),
+        low=float(usable.values.min()),
+        high=float(usable.values.max()),
+        noise=values.noise,
+        repeated=float(np.mean(np.diff(usable.values) == 0.0)),
+        spikes=values.spikes,
+    )
+
+
+def _gaps(samples: SensorSamples, start_ns: int) -> list[Finding]:
+    """Return the longest time without samples, by stamps and by arrivals alike."""
+    steps = np.minimum(np.diff(samples.stamps_ns), np.diff(samples.arrivals_ns)) * 1e-9
+    if steps.size == 0:
+        return []
+    usual = float(np.median(np.diff(samples.arrivals_ns))) * 1e-9
+    gaps = np.flatnonzero(steps > max(GAP_INTERVALS * usual, GAP_SECONDS))
+    if gaps.size == 0:
+        return []
+    longest = gaps[np.argmax(steps[gaps])]
+    at_s = (int(samples.arrivals_ns[longest]) - start_ns) * 1e-9
+    times = "once" if gaps.size == 1 else f"{gaps.size} times"
+    text = (
+        f"{samples.name} is silent {times}, longest for {duration(steps[longest])} from "
+        f"{at_s:.1f} s on; its usual interval is {duration(usual)}"
+    )
+    return [Finding(Level.WARNING, "gap", text, {})]
+
+
+def _compare(
+    s1: _Judged, s2: _Judged, start_ns: int, kind: Kind | None, most_points: int
+) -> tuple[Clocks, Relation | None, list[Finding]]:
+    """Compare clocks and motion of two sensors."""
+
+    def hypotheses(s1_s: Reals, s2_s: Reals) -> list[Relation]:
+        found = relations(motion_of(s1_s, s1.clean), motion_of(s2_s, s2.clean), most_points)
+        return [each for each in found if kind in {None, each.kind}]
+
+    def related(s1_s: Reals, s2_s: Reals) -> list[Relation]:
+        found = hypotheses(s1_s, s2_s)
+        return found if found and pair.is_related(found[0]) else []
+
+    clocks = judge_clocks(
+        Stamped(s1.usable, s1.steps), Stamped(s2.usable, s2.steps), start_ns, related
+    )
+    found = hypotheses(clocks.s1_s, clocks.s2_s)
+    one, other = motion_of(clocks.s1_s, s1.clean), motion_of(clocks.s2_s, s2.clean)
+    findings = [*clocks.findings, *pair.stuck("s1", one, "s2", other)]
+    findings += pair.stuck("s2", other, "s1", one)
+    about_relation, relation = pair.judge_relation(found, kind)
+    findings += about_relation
+    if relation is not None:
+        relation = relation._replace(lag=lag_of(one, other, relation, most_points))
+    if relation is not None and relation.kind is Kind.VALUE:
+        findings += pair.exchanged(relation, one, other)
+    elif not about_relation and not any(each.about == "stuck" for each in findings):
+        findings += pair.unrelated(found, one, other, kind)
+    return clocks, relation, findings
+
+
+def _sorted(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Return findings, the worst first; what units say of a rate only if motion does not."""
+    ordered = sorted(findings, key=lambda each: -each.level)
+    by_motion = any(each.about == "rate" and each.evidence for each in ordered)
+    return tuple(
+        [each for each in ordered if each.about != "rate" or each.evidence or not by_motion]
+    )

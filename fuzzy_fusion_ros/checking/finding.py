@@ -1,0 +1,53 @@
+"""What a check says: findings, each with its evidence and what to do about it."""
+
+from __future__ import annotations
+
+import enum
+import math
+from typing import Any, NamedTuple
+
+
+class Level(enum.IntEnum):
+    """How bad a finding is; the values are those of ``DiagnosticStatus``."""
+
+    INFO = 0
+    WARNING = 1
+    ERROR = 2
+
+
+class Finding(NamedTuple):
+    """Something that a check has found.
+
+    Attributes:
+        level: ERROR if the fusion cannot work with it, WARNING if it is worse for it, INFO if
+            both sensors may well be as they should.
+        about: A short name of what it is about, the same in every recording: ``clock offset``.
+        text: What is seen, a clause without a full stop.
+        evidence: The numbers that say how sure it is, by name: ``{"correlation": -0.98}``.
+        remedy: A line of a parameter file, an option, or words; empty if there is none.
+    """
+
+    level: Level
+    about: str
+    text: str
+    evidence: dict[str, float]
+    remedy: str = ""
+
+    def __str__(self) -> str:
+        """Return what is seen, how sure that is, and what to do, on one line."""
+        evidence = ", ".join(f"{name} {value:.3g}" for name, value in self.evidence.items())
+        text = f"{self.text} ({evidence})" if evidence else self.text
+        return f"{text}; fix: {self.remedy}" if self.remedy else text
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the finding as ``check --json`` writes it."""
+        return {
+            "level": self.level.name.lower(),
+            "about": self.about,
+            "text": self.text,
+            "evidence": {
+                name: value if math.isfinite(value) else None
+                for name, value in self.evidence.items()
+            },
+            "remedy": self.remedy or None,
+        }

@@ -1,0 +1,317 @@
+"""What is wrong between two sensors: sign, scale, rate for value, exchanged, stuck, unrelated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from fuzzy_fusion_ros.batch.arrays import Reals, white_noise
+from fuzzy_fusion_ros.checking.finding import Finding, Level
+from fuzzy_fusion_ros.checking.motion import Motion
+from fuzzy_fusion_ros.checking.relation import Kind, Relation
+from fuzzy_fusion_ros.checking.samples import TwoSensors
+from fuzzy_fusion_ros.messages.units import RATES
+
+MARGIN = 1.5
+"""Evidence by which a fault must be more credible than sensors as they should be: 4.5 to 1."""
+
+RELATED = 0.8
+"""From this correlation on, motion is common whatever chance would give."""
+
+ABOVE_CHANCE = 5.0
+"""Below it, the correlation must be this many times that of lags far off,"""
+
+LEAST = 0.3
+"""and at least this."""
+
+CREDIBLE = (0.6, 3.0)
+"""A fault of sign, scale or kind is named only from this correlation on that is this many times
+chance,"""
+
+BEYOND_DOUBT = 0.95
+"""or from this one on: that of a sine and its rate is not above chance, but no chance either."""
+
+FACTOR = 1.8
+"""A scale off by less is the inaccuracy of a sensor rather than another unit. What is unexplained
+counts twice, as noise and as dynamics: a slow sensor does not reach the peaks."""
+
+UNRELATED = 2.5
+"""Sensors have nothing in common if no hypothesis reaches this many times chance,"""
+
+ENOUGH = 60
+"""in a recording of at least so many intervals of the slower one."""
+
+WHITE = 0.5
+"""Correlation of a sample with the next below which a sensor shows nothing but noise."""
+
+MOVES = 2.5
+"""A sensor moves if over some time the mean square of its changes is this many times that over half
+of it: 4 for smooth motion, at most 2 for a walk and for noise behind a lag, 1 for white noise."""
+
+PARTS = 20
+"""Changes are taken over at most this part of a recording for that."""
+
+FASTER = 2.0
+"""S2 is the faster sensor if it has this many times S1's rate."""
+
+NOISIER = 3.0
+"""S2 is the noisier sensor if it has this many times S1's noise."""
+
+LEAD = 0.05
+"""S2 is ahead of S1 from this many seconds on, or a quarter of the longer interval."""
+
+STUCK_FOR = (1.0, 5.0, 20)
+"""A sensor is stuck if it does not change for this many seconds, this many intervals of the slower
+sensor, and this many samples of its own, while the other moves:"""
+
+OTHER_MOVES = (1.0, 2.0)
+"""over this many of its standard deviations, with this many times that of its noise."""
+
+COPIED = 0.99
+"""Share of samples that both sensors have in common from which on they are one sensor."""
+
+INTEGRALS = {rate: unit for unit, rate in RATES.items()}
+"""The unit of the integral of a quantity, by the unit of the quantity."""
+
+EXCHANGE_RATE = "--s1 and --s2 exchanged, with s1.kind: rate"
+
+
+def same_source(sensors: TwoSensors) -> list[Finding]:
+    """Judge whether both sensors are one."""
+    s1, s2 = sensors.s1, sensors.s2
+    if s1.topic and (s1.topic, s1.field) == (s2.topic, s2.field):
+        text = f"s1 and s2 are both {s1.topic} {s1.field}".rstrip()
+        return [Finding(Level.ERROR, "same topic", text, {}, "--s1 and --s2 of two sensors")]
+    fewer, more = sorted((s2, s1), key=lambda each: each.values.size)
+    if fewer.values.size == 0 or np.ptp(fewer.values) == 0.0:
+        return []
+    order = np.argsort(more.stamps_ns, kind="stable")
+    place = np.searchsorted(more.stamps_ns[order], fewer.stamps_ns)
+    place = order[np.minimum(place, order.size - 1)]
+    equal = (more.stamps_ns[place] == fewer.stamps_ns) & (more.values[place] == fewer.values)
+    if np.mean(equal) < COPIED:
+        return []
+    relayed = fewer.values.size >= COPIED * more.values.size
+    level = Level.WARNING if relayed else Level.INFO
+    text = f"{fewer.name} is a copy of {more.name}: all its stamps and values are in that"
+    return [Finding(level, "copy", text, {}, "--s1 and --s2 of two sensors")]
+
+
+def same_units(sensors: TwoSensors) -> list[Finding]:
+    """Judge whether the units of both sensors, where known, are one."""
+    s1, s2 = sensors.s1.unit, sensors.s2.unit
+    if not (s1 and s2) or s1 == s2:
+        return []
+    text = f"s1 is in {s1}, s2 in {s2}"
+    remedy = {Kind.S1_RATE: "s1.kind: rate", Kind.S2_RATE: EXCHANGE_RATE}
+    kind = kind_by_units(sensors)
+    if kind in remedy:
+        return [
+            Finding(Level.ERROR, "rate", f"{text}: one is the rate of the other", {}, remedy[kind])
+        ]
+    return [Finding(Level.ERROR, "units", text, {}, "another topic or field")]
+
+
+def kind_by_units(sensors: TwoSensors) -> Kind | None:
+    """Return what the units of the sensors say that they are to each other; None if nothing."""
+    s1, s2 = sensors.s1.unit, sensors.s2.unit
+    if not (s1 and s2):
+        return None
+    kinds = {s2: Kind.VALUE, RATES.get(s2): Kind.S1_RATE, INTEGRALS.get(s2): Kind.S2_RATE}
+    return kinds.get(s1)
+
+
+def is_related(relation: Relation) -> bool:
+    """Return whether a relation is more than chance."""
+    r = relation.correlation
+    return r >= RELATED or (r >= LEAST and r >= ABOVE_CHANCE * relation.chance)
+
+
+def _is_credible(relation: Relation) -> bool:
+    r = relation.correlation
+    return r >= BEYOND_DOUBT or r >= max(CREDIBLE[0], CREDIBLE[1] * relation.chance)
+
+
+def judge_relation(
+    found: Sequence[Relation], by_units: Kind | None = None
+) -> tuple[list[Finding], Relation | None]:
+    """Judge what the sensors are to each other.
+
+    Args:
+        found: The hypotheses, the most credible first.
+        by_units: What their units say that they are; then only a factor between known units counts.
+
+    Returns:
+        What is wrong, and the relation to believe in; None if the motion does not tell.
+    """
+    if not found or not is_related(found[0]):
+        return [], None
+    best = found[0]
+    plain = next((each for each in found if each.is_plain), None)
+    if best.is_plain or not _is_credible(best):
+        return (_scale(best, by_units), best) if best.is_plain else ([], None)
+    margin = np.inf if plain is None else plain.cost - best.cost
+    if margin < MARGIN:
+        return [_ambiguous(best, plain)], plain
+    return [_odd(best, plain, by_units)], best
+
+
+def _odd(best: Relation, plain: Relation | None, by_units: Kind | None) -> Finding:
+    """Return the finding that a relation is not the plain one."""
+    evidence = {"correlation": best.sign * best.correlation}
+    if plain is not None and best.kind is not Kind.VALUE:
+        evidence["as values"] = plain.correlation
+    factor, units = _factor(best, by_units)
+    size = "" if factor == 1.0 else f", times {1.0 / factor:.3g}{units}"
+    negated = "the negated " if best.sign < 0 else "the "
+    scale = [] if best.sign * factor == 1.0 else [f"s1.scale: {best.sign * factor:.7g}"]
+    if best.kind is Kind.S1_RATE:
+        text = f"s1 is {negated}rate of s2{size}"
+        remedy = " and ".join(["s1.kind: rate", *scale])
+        return Finding(Level.ERROR, "rate", text, evidence, remedy)
+    if best.kind is Kind.S2_RATE:
+        text = f"s2 is {negated}rate of s1"
+        return Finding(Level.ERROR, "rate", text, evidence, EXCHANGE_RATE)
+    text = f"s1 has the opposite sign of s2{size}"
+    return Finding(Level.ERROR, "sign", text, evidence, *scale)
+
+
+def _scale(relation: Relation, by_units: Kind | None) -> list[Finding]:
+    """Return whether the scale of plain values is another unit's."""
+    factor, units = _factor(relation, by_units)
+    if factor == 1.0 or not _is_credible(relation):
+        return []
+    evidence = {"ratio": 1.0 / relation.middle_scale, "correlation": relation.correlation}
+    text = f"s1 reads {1.0 / factor:.3g} times what s2 reads{units}"
+    return [Finding(Level.ERROR, "scale", text, evidence, f"s1.scale: {factor:.7g}")]
+
+
+def _factor(relation: Relation, by_units: Kind | None) -> tuple[float, str]:
+    """Return the factor from S1 to S2, 1 if it may be that, and which units it is for."""
+    low, high = relation.scale[0] * relation.correlation, relation.scale[1] / relation.correlation
+    if low <= FACTOR and high >= 1.0 / FACTOR:
+        return 1.0, ""
+    if relation.conversion is None:
+        return (1.0 if by_units else float(f"{relation.middle_scale:.2g}")), ""
+    units, factor = relation.conversion
+    names = (units.smaller, units.larger) if factor < 1.0 else (units.larger, units.smaller)
+    return factor, f": {names[0]} against {names[1]}"
+
+
+def _ambiguous(best: Relation, plain: Relation | None) -> Finding:
+    what = {
+        Kind.VALUE: "s1 may have the opposite sign of s2",
+        Kind.S1_RATE: "s1 may be the rate of s2",
+        Kind.S2_RATE: "s2 may be the rate of s1",
+    }[best.kind]
+    evidence = {"correlation": best.sign * best.correlation}
+    if plain is not None:
+        evidence["as they are"] = plain.correlation
+    text = f"{what}; this motion looks much the same otherwise"
+    return Finding(Level.INFO, "ambiguous", text, evidence, "a recording with more varied motion")
+
+
+def unrelated(
+    found: Sequence[Relation], s1: Motion, s2: Motion, by_units: Kind | None
+) -> list[Finding]:
+    """Judge whether the sensors have nothing in common.
+
+    Args:
+        found: All hypotheses, none of which :func:`is_related`.
+        s1: Motion of S1.
+        s2: Motion of S2.
+        by_units: What their units say that they are: a rate is believed, as its integral drifts.
+    """
+    if not found:
+        return []
+    best = max(found, key=lambda each: each.correlation)
+    moves = (_moves(s1) or _moves(s2)) and not (_is_white(s1) or _is_white(s2))
+    enough = min(s1.intervals, s2.intervals) >= ENOUGH and moves
+    if not enough or by_units is Kind.S1_RATE or best.correlation > UNRELATED * best.chance:
+        text = "s1 and s2 have too little motion in common to be compared"
+        return [Finding(Level.INFO, "motion", text, {"correlation": best.correlation})]
+    evidence = {"correlation": best.correlation, "chance": best.chance}
+    text = "s1 and s2 have no more in common than chance"
+    return [Finding(Level.WARNING, "unrelated", text, evidence, "another topic or field")]
+
+
+def _moves(motion: Motion) -> bool:
+    spans = 2 ** np.arange(max(1, int(np.log2(max(2.0, motion.intervals / PARTS))) + 1))
+    changes = [float(np.mean((motion.values[k:] - motion.values[:-k]) ** 2)) for k in spans]
+    return any(after > MOVES * before for before, after in pairwise(changes))
+
+
+def _is_white(motion: Motion) -> bool:
+    spread = float(np.var(motion.values))
+    step = float(np.mean(np.diff(motion.values) ** 2))
+    return step >= 2.0 * (1.0 - WHITE) * spread
+
+
+def exchanged(relation: Relation, s1: Motion, s2: Motion) -> list[Finding]:
+    """Judge whether S1 and S2 have each other's role.
+
+    Args:
+        relation: What they are to each other, plain or negated.
+        s1: Motion of S1.
+        s2: Motion of S2.
+    """
+    faster = s1.interval / s2.interval
+    noisier = _ratio(white_noise(s2.values), relation.middle_scale * white_noise(s1.values))
+    ahead = -relation.lag > max(LEAD, 0.25 * max(s1.interval, s2.interval))
+    signs = {"faster": faster >= FASTER, "noisier": noisier >= NOISIER, "ahead of s1": ahead}
+    seen = [name for name, is_seen in signs.items() if is_seen]
+    if len(seen) < 2 or faster < 1.0 / FASTER:
+        return []
+    text = f"s1 and s2 look exchanged: s2 is {' and '.join(seen)}"
+    evidence = {"rate": faster, "noise": noisier, "lag": relation.lag}
+    return [Finding(Level.WARNING, "exchanged", text, evidence, "--s1 and --s2 exchanged")]
+
+
+def _ratio(one: float, other: float) -> float:
+    return one / other if other > 0.0 else np.inf
+
+
+def stuck(name: str, motion: Motion, other_name: str, other: Motion) -> list[Finding]:
+    """Judge whether a sensor stands still while the other moves.
+
+    Args:
+        name: The sensor.
+        motion: Its motion, spikes included.
+        other_name: The other sensor.
+        other: Its motion.
+    """
+    first, last = _longest_rest(motion.values)
+    begin, end = float(motion.time_s[first]), float(motion.time_s[last])
+    seconds, intervals, samples = STUCK_FOR
+    slower = max(motion.interval, other.interval)
+    if last - first + 1 < samples or end - begin < max(seconds, intervals * slower):
+        return []
+    during = other.values[(other.time_s >= begin) & (other.time_s <= end)]
+    if during.size < intervals:
+        return []
+    low, high = np.quantile(during, [0.05, 0.95])
+    moved = float(high - low)
+    noise = white_noise(other.values)
+    spread, share = float(np.std(other.values)), float(np.std(during))
+    if moved < OTHER_MOVES[0] * spread or share < OTHER_MOVES[1] * noise:
+        return []
+    whole = last - first + 1 == motion.values.size
+    when = "throughout" if whole else f"from {begin:.1f} s to {end:.1f} s"
+    text = (
+        f"{name} is stuck: it reads {motion.values[first]:.4g} {when} while {other_name} moves "
+        f"over {moved:.3g}"
+    )
+    level = Level.ERROR if whole else Level.WARNING
+    evidence = {f"noise of {other_name}": noise}
+    return [Finding(level, "stuck", text, evidence, "the sensor or its driver")]
+
+
+def _longest_rest(values: Reals) -> tuple[int, int]:
+    """Return first and last place of the longest run of equal values."""
+    changes = np.flatnonzero(np.diff(values) != 0.0)
+    firsts = np.append(0, changes + 1)
+    lasts = np.append(changes, values.size - 1)
+    longest = int(np.argmax(lasts - firsts))
+    return int(firsts[longest]), int(lasts[longest])

@@ -1,0 +1,94 @@
+"""The check of sensors whose samples keep coming: of the most recent ones, in bounded memory."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+
+from fuzzy_fusion_ros.checking.check import Check, check
+from fuzzy_fusion_ros.checking.finding import Finding, Level
+from fuzzy_fusion_ros.checking.samples import SensorSamples, TwoSensors
+from fuzzy_fusion_ros.messages import ScalarCodec
+from fuzzy_fusion_ros.messages.units import unit_of
+
+SAMPLES = 8192
+"""Samples of each sensor that are kept."""
+
+POINTS = 2048
+"""Points to compare motion on: a check takes some 40 ms."""
+
+WORTH_REPEATING = frozenset(
+    {
+        "copy",
+        "exchanged",
+        "rate",
+        "same topic",
+        "scale",
+        "sign",
+        "spikes",
+        "stuck",
+        "two clocks",
+        "unrelated",
+        "wrap",
+    }
+)
+"""What node, replay, score and tune say; clocks, drops and silences they watch by themselves."""
+
+
+class Stream:
+    """The most recent samples of one sensor, as they came."""
+
+    def __init__(self, name: str, topic: str, codec: ScalarCodec, unit: str = "") -> None:
+        """Start without samples.
+
+        Args:
+            name: ``s1`` or ``s2``.
+            topic: Its topic.
+            codec: Reads its messages.
+            unit: Unit of the signal; empty for that of the type.
+        """
+        self._name = name
+        self._topic = topic
+        self._codec = codec
+        self._unit = unit or unit_of(codec.type_name, codec.field.text)
+        self._rows: deque[tuple[int, int, float]] = deque(maxlen=SAMPLES)
+
+    def add(self, stamp_ns: int, arrival_ns: int, value: float) -> None:
+        """Take a sample, whatever it is."""
+        self._rows.append((stamp_ns, arrival_ns, value))
+
+    def restart(self) -> None:
+        """Forget all samples: the clock of the arrivals has jumped."""
+        self._rows.clear()
+
+    def samples(self) -> SensorSamples:
+        """Return the samples."""
+        stamps, arrivals, values = zip(*self._rows, strict=True) if self._rows else ((), (), ())
+        return SensorSamples(
+            name=self._name,
+            topic=self._topic,
+            field=self._codec.field.text,
+            unit=self._unit,
+            is_stamped=self._codec.is_stamped,
+            stamps_ns=np.array(stamps, np.int64),
+            overflows=np.zeros(len(stamps), np.bool_),
+            arrivals_ns=np.array(arrivals, np.int64),
+            values=np.array(values, np.float64),
+        )
+
+
+def check_recent(s1: Stream, s2: Stream) -> Check:
+    """Check two sensors over the time of which there are samples of both."""
+    both = [s1.samples(), s2.samples()]
+    firsts = [int(each.arrivals_ns[0]) for each in both if each.arrivals_ns.size]
+    start_ns = max(firsts, default=0)
+    kept = [each.kept(each.arrivals_ns >= start_ns) for each in both]
+    return check(TwoSensors(kept[0], kept[1], start_ns), POINTS)
+
+
+def warnings(found: Check) -> list[Finding]:
+    """Return what a check has found that no other part of a program says."""
+    return [
+        each for each in found.findings if each.level > Level.INFO and each.about in WORTH_REPEATING
+    ]

@@ -1,0 +1,481 @@
+"""What two sensors are to each other: sign, scale, lag, or one the rate of the other.
+
+Each way in which S2 may follow from S1 is a hypothesis: S1 through a lag, negated or not, or its
+integral, or its derivative. Changes of both over the same time are correlated at every lag at once,
+by the fast Fourier transform, so that all hypotheses on a thousand points cost milliseconds.
+
+A hypothesis has a cost in natural units of evidence (the logarithm of odds): what it leaves
+unexplained, and how unusual it would be. On rich motion the first decides; on a pure sine, where
+a sign, a rate and a lag of part of the period look the same, the second.
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fuzzy_fusion_ros.batch.arrays import Flags, Reals, root_mean_square
+from fuzzy_fusion_ros.checking.motion import Motion
+
+MOST_POINTS = 2**15
+"""Points of the grid that motion is compared on; of longer recordings, the liveliest part."""
+
+FEWEST_POINTS = 20
+"""With fewer points of the slower sensor a fit of lag, sign and scale means nothing."""
+
+GRID_STEPS = 4
+"""Points of the grid in an interval of the slower sensor, if the faster one has as many."""
+
+GAP = 10.0
+"""A step of more than this many median intervals is a gap; nothing is compared across it."""
+
+LONGEST_LAG = 5.0
+"""Lags are looked for up to this many seconds or ten intervals of the slower sensor."""
+
+LONGEST_TIME_CONSTANT = 1.0
+"""Time constants of S2 up to this many seconds, or two of its intervals: beyond, a low-pass
+looks like an integral."""
+
+SHARE_OF_SPAN = 8.0
+"""Changes are taken over at most this part of the recording, so that there are several."""
+
+LIVELY = 0.3
+"""Changes over a time in which S2 moves less than this share of its most are not compared: noise
+and control loops dominate there."""
+
+MODEL_ERROR = 0.03
+"""Share of a sensor's variance that no lag and scale explain even of good sensors."""
+
+WEIGHT = 4.0
+"""What is unexplained counts as that of eight independent samples, however many there are: the
+errors of the model do not average out."""
+
+COSTS = {"negated": 1.0, "s1 rate": 0.7, "s2 rate": 1.0, "known scale": 1.0, "scale": 2.0}
+"""What each deviation costs: one recording in three to ten has been set up wrong."""
+
+USUAL_LAG = (0.5, 2.0)
+"""A lag costs 1 per this: so many seconds and so many intervals of the slower sensor."""
+
+LEAD = 3.0
+"""S2 ahead of S1 costs this many times a lag as long: the slow sensor does not know the future."""
+
+ALIKE = 1.25
+"""A scale within this factor of 1 is taken for 1,"""
+
+EXACT = 1.1
+"""and one within this factor of a conversion of units for that."""
+
+LEAST_CORRELATION = 0.05
+"""Below this a hypothesis is not worth telling."""
+
+NOTHING = 1e-12
+"""A line whose steps differ by this share of its values or less is straight but for rounding."""
+
+TINY = 1e-200
+
+Spectrum = NDArray[np.complex128]
+
+
+class Kind(enum.Enum):
+    """What the numbers of two sensors are to each other."""
+
+    VALUE = "values of one quantity"
+    S1_RATE = "s1 is the rate of s2"
+    S2_RATE = "s2 is the rate of s1"
+
+
+class Conversion(NamedTuple):
+    """A factor between two units.
+
+    Attributes:
+        factor: How many of the smaller unit the larger one has.
+        smaller: Its name.
+        larger: Its name.
+    """
+
+    factor: float
+    smaller: str
+    larger: str
+
+
+CONVERSIONS = (
+    Conversion(180.0 / math.pi, "degrees", "radians"),
+    Conversion(9.80665, "m/s^2", "g"),
+    Conversion(3.6, "km/h", "m/s"),
+    Conversion(100.0, "Pa", "hPa (or cm, m)"),
+    Conversion(1000.0, "thousandths", "units"),
+    Conversion(1.0 / 0.3048, "feet", "metres"),
+    Conversion(3600.0 / 1609.344, "mph", "m/s"),
+)
+
+
+class Relation(NamedTuple):
+    """A hypothesis on how S2 follows from S1, with the lag and the scale that suit it best.
+
+    Attributes:
+        kind: What S1 and S2 are to each other.
+        sign: 1, or -1 if one of them is negated.
+        lag: Delay and time constant of S2 together, seconds; negative if S2 is ahead.
+        correlation: Of the changes of S2 with what they should be, 0 to 1.
+        scale: Least and largest factor from S1 to S2 that noise in either leaves possible,
+            positive; in s or 1/s more for rates.
+        chance: Typical correlation at lags that are far off.
+        cost: Of the hypothesis, natural units of evidence.
+    """
+
+    kind: Kind
+    sign: int
+    lag: float
+    correlation: float
+    scale: tuple[float, float]
+    chance: float
+    cost: float
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether it is what it should be, whatever the scale."""
+        return self.kind is Kind.VALUE and self.sign > 0
+
+    @property
+    def middle_scale(self) -> float:
+        """The factor from S1 to S2 if noise is shared, positive."""
+        return math.sqrt(self.scale[0] * self.scale[1])
+
+    @property
+    def is_scaled(self) -> bool:
+        """Whether the scale cannot be 1."""
+        return not self._allows(1.0)
+
+    @property
+    def conversion(self) -> tuple[Conversion, float] | None:
+        """The conversion of units that the scale may be, and the factor from S1 to S2."""
+        if not self.is_scaled:
+            return None
+        found = [
+            (each, factor)
+            for each in CONVERSIONS
+            for factor in (each.factor, 1.0 / each.factor)
+            if self._allows(factor, EXACT)
+        ]
+        middle = self.middle_scale
+        return min(found, key=lambda each: abs(math.log(each[1] / middle)), default=None)
+
+    def _allows(self, factor: float, off: float = ALIKE) -> bool:
+        return self.scale[0] / off <= factor <= self.scale[1] * off
+
+
+def relations(s1: Motion, s2: Motion, most_points: int = MOST_POINTS) -> list[Relation]:
+    """Return every hypothesis with what suits it best, the most credible first.
+
+    Args:
+        s1: Motion of S1.
+        s2: Motion of S2, on the same clock.
+        most_points: Points to compare; the time that this takes is proportional.
+
+    Returns:
+        Empty if both have too few samples together, or one of them never moves.
+    """
+    grid = _grid(s1, s2, most_points)
+    if grid is None:
+        return []
+    found = [best for each in _hypotheses(grid) for best in _best(grid, each)]
+    return sorted(found, key=lambda each: each.cost)
+
+
+def lag_of(s1: Motion, s2: Motion, relation: Relation, most_points: int = MOST_POINTS) -> float:
+    """Return the lag of a relation by itself, without regard to what is usual.
+
+    Of all times to take changes over, the one that determines the lag best is used: over long
+    ones, noise is small but the correlation hardly changes with the lag.
+
+    Args:
+        s1: Motion of S1.
+        s2: Motion of S2, on the same clock.
+        relation: What they are to each other; the lag is looked for near its own.
+        most_points: As :func:`relations` takes them.
+
+    Returns:
+        Delay and time constant of S2 together, seconds; negative if S2 is ahead.
+    """
+    grid = _grid(s1, s2, most_points)
+    if grid is None:
+        return relation.lag
+    hypothesis = next(each for each in _hypotheses(grid) if each.kind is relation.kind)
+    found = [
+        _Located(relation.lag, math.inf),
+        *(_located(grid, relation, tried) for tried in _tried(grid, hypothesis)),
+    ]
+    return min(found, key=lambda each: each.variance).lag
+
+
+class _Grid(NamedTuple):
+    """Both sensors at even times, and the lags to try.
+
+    Attributes:
+        step: Seconds between points.
+        s1: Values of S1, shape (n,).
+        s2: Values of S2, shape (n,).
+        usable: Where neither has a gap between two points, shape (n - 1,).
+        slower: Interval of the slower sensor, seconds.
+        smoothing: Intervals of the triangles, seconds, that would smooth S1 and S2 as much as the
+            lines between samples of the slower one do; 0 for none.
+        size: Points of transforms, a power of two.
+        frequency: Frequencies of transforms, shape (size // 2 + 1,), Hz.
+        lags: Lags to try, in steps, negative ones included, shape (k,).
+        far: Longer lags, up to half of the recording, in steps.
+    """
+
+    step: float
+    s1: Reals
+    s2: Reals
+    usable: Flags
+    slower: float
+    smoothing: tuple[float, float]
+    size: int
+    frequency: Reals
+    lags: NDArray[np.int64]
+    far: NDArray[np.int64]
+
+
+def _grid(s1: Motion, s2: Motion, most_points: int) -> _Grid | None:
+    slower, faster = max(s1.interval, s2.interval), min(s1.interval, s2.interval)
+    if not math.isfinite(slower):
+        return None
+    start = max(s1.time_s[0], s2.time_s[0])
+    end = min(s1.time_s[-1], s2.time_s[-1])
+    step = max(faster, slower / GRID_STEPS)
+    if end - start < FEWEST_POINTS * slower:
+        return None
+    if end - start > most_points * step:
+        start = _liveliest(s2, start, end, most_points * step)
+        end = start + most_points * step
+    times = start + step * np.arange(int((end - start) / step))
+    values = _at(s1, times, step), _at(s2, times, step)
+    if any(np.std(np.diff(each)) <= NOTHING * np.max(np.abs(each)) for each in values):
+        return None
+    middles = times[:-1] + 0.5 * step
+    size = 1 << (times.size - 1).bit_length()
+    longest = min(max(LONGEST_LAG, 10.0 * slower), (end - start) / 5.0)
+    lags = np.arange(-int(longest / step), int(longest / step) + 1)
+    usable = _outside_gaps(s1, middles) & _outside_gaps(s2, middles)
+    if np.count_nonzero(usable) * step < FEWEST_POINTS * slower:
+        return None
+    return _Grid(
+        step=step,
+        s1=values[0],
+        s2=values[1],
+        usable=usable,
+        slower=slower,
+        smoothing=(
+            slower if s1.interval < slower / 1.5 else 0.0,
+            slower if s2.interval < slower / 1.5 else 0.0,
+        ),
+        size=size,
+        frequency=np.fft.rfftfreq(size, step).astype(np.float64),
+        lags=lags,
+        far=np.arange(lags[-1] + 1, times.size // 2),
+    )
+
+
+def _liveliest(motion: Motion, start: float, end: float, span: float) -> float:
+    """Return where the part begins in which a sensor changes most."""
+    parts = int((end - start) / span)
+    starts = start + span * np.arange(parts)
+    travelled = np.append(0.0, np.cumsum(np.abs(np.diff(motion.values))))
+    edges = np.interp(np.append(starts, starts[-1] + span), motion.time_s, travelled)
+    return float(starts[np.argmax(np.diff(edges))])
+
+
+def _at(motion: Motion, times: Reals, step: float) -> Reals:
+    """Return a sensor at even times: the mean about each, or on lines where it is slower."""
+    if motion.interval > step / 1.5:
+        return np.interp(times, motion.time_s, motion.values)
+    place = np.floor((motion.time_s - times[0]) / step + 0.5).astype(np.int64)
+    inside = (place >= 0) & (place < times.size)
+    counts = np.bincount(place[inside], minlength=times.size)
+    sums = np.bincount(place[inside], motion.values[inside], times.size)
+    filled = counts > 0
+    return np.interp(times, times[filled], sums[filled] / counts[filled])
+
+
+def _outside_gaps(motion: Motion, times: Reals) -> Flags:
+    steps = np.append(np.diff(motion.time_s), 0.0)
+    before = np.clip(np.searchsorted(motion.time_s, times) - 1, 0, steps.size - 1)
+    outside: Flags = steps[before] <= GAP * motion.interval
+    return outside
+
+
+class _Hypothesis(NamedTuple):
+    """One kind of relation, as transforms of changes that should be proportional.
+
+    Attributes:
+        kind: The kind.
+        s1: Transform of what S1 says that S2 should do, shape (frequencies,).
+        s2: Transform of what S2 does.
+    """
+
+    kind: Kind
+    s1: Spectrum
+    s2: Spectrum
+
+
+def _hypotheses(grid: _Grid) -> list[_Hypothesis]:
+    s1, s2 = (grid.s1, grid.smoothing[0]), (grid.s2, grid.smoothing[1])
+    return [
+        _Hypothesis(Kind.VALUE, _changes(grid, *s1), _changes(grid, *s2)),
+        _Hypothesis(Kind.S1_RATE, _integrals(grid, *s1), _changes(grid, *s2)),
+        _Hypothesis(Kind.S2_RATE, _changes(grid, *s1), _integrals(grid, *s2)),
+    ]
+
+
+def _changes(grid: _Grid, values: Reals, smoothing: float) -> Spectrum:
+    return _transform(grid, np.diff(values), smoothing)
+
+
+def _integrals(grid: _Grid, values: Reals, smoothing: float) -> Spectrum:
+    return _transform(grid, 0.5 * grid.step * (values[1:] + values[:-1]), smoothing)
+
+
+def _transform(grid: _Grid, steps: Reals, smoothing: float) -> Spectrum:
+    """Return the transform of what happens from point to point, without its mean or gaps."""
+    kept = np.where(grid.usable, steps - steps[grid.usable].mean(), 0.0)
+    found: Spectrum = np.fft.rfft(kept, grid.size) * np.sinc(grid.frequency * smoothing) ** 2
+    return found
+
+
+class _Tried(NamedTuple):
+    """A hypothesis, seen over some time and through some low-pass.
+
+    Attributes:
+        over: Time that changes are taken over, seconds.
+        time_constant: Of the low-pass, seconds.
+        correlation: At every lag, as :func:`numpy.fft.irfft` puts them, shape (size,).
+        ratio: Size of what S2 does to that of what S1 says it should do.
+    """
+
+    over: float
+    time_constant: float
+    correlation: Reals
+    ratio: float
+
+
+def _tried(grid: _Grid, hypothesis: _Hypothesis) -> Iterator[_Tried]:
+    """Yield a hypothesis over all times and through all low-passes to be tried."""
+    for over in _lively(grid, hypothesis.s2):
+        window = np.sinc(grid.frequency * over) ** 2
+        s2 = hypothesis.s2 * window
+        for time_constant in _time_constants(grid) if hypothesis.kind is Kind.VALUE else [0.0]:
+            s1 = hypothesis.s1 * window / (1.0 + 2j * np.pi * grid.frequency * time_constant)
+            powers = _power(s1), _power(s2)
+            if min(powers) > TINY:
+                product = np.fft.irfft(np.conj(s1) * s2, grid.size) * (0.5 * grid.size)
+                correlation = product / math.sqrt(powers[0] * powers[1])
+                ratio = math.sqrt(powers[1] / powers[0])
+                yield _Tried(over, time_constant, correlation, ratio)
+
+
+def _best(grid: _Grid, hypothesis: _Hypothesis) -> list[Relation]:
+    """Return a hypothesis with either sign, each with the lag that costs least."""
+    best: dict[int, Relation] = {}
+    for tried in _tried(grid, hypothesis):
+        for found in _least(grid, hypothesis.kind, tried):
+            if found.sign not in best or found.cost < best[found.sign].cost:
+                best[found.sign] = found
+    return list(best.values())
+
+
+def _lively(grid: _Grid, s2: Spectrum) -> list[float]:
+    """Return the times to take changes over, seconds: those in which S2 moves."""
+    longest = grid.step * grid.s2.size / SHARE_OF_SPAN
+    tried = grid.slower * 2.0 ** np.arange(1 + max(0, int(np.log2(longest / grid.slower))))
+    moved = [over * _power(s2 * np.sinc(grid.frequency * over) ** 2) ** 0.5 for over in tried]
+    return [float(over) for over, by in zip(tried, moved, strict=True) if by >= LIVELY * max(moved)]
+
+
+def _time_constants(grid: _Grid) -> list[float]:
+    longest = max(LONGEST_TIME_CONSTANT, 2.0 * grid.slower)
+    octaves = np.arange(0.0, np.log2(longest / (0.5 * grid.slower)) + 0.25, 0.5)
+    return [0.0, *(0.5 * grid.slower * 2.0**octaves)]
+
+
+def _least(grid: _Grid, kind: Kind, tried: _Tried) -> Iterator[Relation]:
+    """Yield, for either sign, the lag that costs least."""
+    time_constant, correlation, ratio = tried[1:]
+    near = correlation[grid.lags]  # less of both overlaps at long lags, which is against them
+    far = np.append(grid.far, -grid.far)
+    overlap = 1.0 - np.abs(far) / grid.s1.size
+    chance = root_mean_square(correlation[far] / overlap) if far.size else 1.0
+    delay = grid.step * grid.lags
+    lag = np.where(delay >= 0.0, delay + time_constant, time_constant - LEAD * delay)
+    lag_cost = lag / _usual_lag(grid)
+    for sign in (1, -1):
+        r = np.clip(sign * near, 0.0, 1.0)
+        cost = WEIGHT * np.log(1.0 - np.square(r) + MODEL_ERROR) + lag_cost
+        k = int(np.argmin(cost))
+        if r[k] <= LEAST_CORRELATION:
+            continue
+        found = Relation(
+            kind=kind,
+            sign=sign,
+            lag=float(delay[k]) + time_constant,
+            correlation=float(r[k]),
+            scale=(float(r[k]) * ratio, ratio / float(r[k])),
+            chance=chance,
+            cost=float(cost[k]),
+        )
+        yield found._replace(cost=found.cost + _oddity(found))
+
+
+class _Located(NamedTuple):
+    """Where a lag is.
+
+    Attributes:
+        lag: Seconds.
+        variance: Of it, but for a factor that is the same over all times.
+    """
+
+    lag: float
+    variance: float
+
+
+def _located(grid: _Grid, relation: Relation, tried: _Tried) -> _Located:
+    """Return the lag at the top of the correlation, on a parabola through it."""
+    near = relation.sign * tried.correlation[grid.lags]
+    lags = grid.step * grid.lags + tried.time_constant
+    usable = np.flatnonzero(
+        (grid.lags >= (0 if tried.time_constant else grid.lags[0] + 1))
+        & (grid.lags < grid.lags[-1])
+        & (np.abs(lags - relation.lag) <= _usual_lag(grid))
+    )
+    if usable.size == 0:
+        return _Located(relation.lag, math.inf)
+    k = int(usable[np.argmax(near[usable])])
+    before, top, after = (float(each) for each in near[k - 1 : k + 2])
+    bend = 2.0 * top - before - after
+    if bend <= 0.0 or k == 0:
+        return _Located(relation.lag, math.inf)
+    lag = float(lags[k]) + 0.5 * grid.step * min(max((after - before) / bend, -1.0), 1.0)
+    return _Located(lag, tried.over * (1.0 - min(top, 1.0) ** 2 + MODEL_ERROR) / bend)
+
+
+def _usual_lag(grid: _Grid) -> float:
+    return USUAL_LAG[0] + USUAL_LAG[1] * grid.slower
+
+
+def _oddity(relation: Relation) -> float:
+    """Return what a relation costs for what it is, however well it fits."""
+    cost = COSTS["negated"] if relation.sign < 0 else 0.0
+    if relation.kind is not Kind.VALUE:
+        cost += COSTS["s1 rate" if relation.kind is Kind.S1_RATE else "s2 rate"]
+    if relation.is_scaled:
+        cost += COSTS["known scale" if relation.conversion else "scale"]
+    return cost
+
+
+def _power(spectrum: Spectrum) -> float:
+    return float(np.vdot(spectrum, spectrum).real)

@@ -1,0 +1,152 @@
+"""Checks and surveys as text and as JSON."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from fuzzy_fusion_ros.checking.check import Character, Check
+from fuzzy_fusion_ros.checking.finding import Finding
+from fuzzy_fusion_ros.checking.relation import Kind, Relation
+from fuzzy_fusion_ros.checking.survey import Field, Together
+from fuzzy_fusion_ros.online.clocks import apart, duration
+from fuzzy_fusion_ros.text.table import WIDTH, text_table
+
+MOST_PAIRS = 30
+"""Pairs of a survey that are printed."""
+
+SHOWN = 5e-4
+"""Seconds by which stamps must differ to be worth a line."""
+
+_ROWS: dict[str, Callable[[Character], str]] = {
+    "samples": lambda each: str(each.samples),
+    "usable": lambda each: str(each.usable),
+    "rate": lambda each: f"{1.0 / each.interval:.4g} Hz",
+    "longest gap": lambda each: duration(each.gap),
+    "delivery, median": lambda each: _signed_seconds(each.delivery),
+    "delivery, 99 %": lambda each: _signed_seconds(each.latest),
+    "least value": lambda each: f"{each.low:.4g}",
+    "largest value": lambda each: f"{each.high:.4g}",
+    "white noise": lambda each: f"{each.noise:.2g}",
+    "repeated values": lambda each: f"{100.0 * each.repeated:.1f} %",
+    "spikes": lambda each: f"{100.0 * each.spikes:.1f} %",
+}
+
+
+def check_text(check: Check) -> str:
+    """Return what the sensors are like, and what is wrong with them."""
+    blocks = [_characters(check), _pair(check), _findings(check.findings)]
+    return "\n\n".join(block for block in blocks if block)
+
+
+def check_json(check: Check) -> dict[str, Any]:
+    """Return a check as ``check --json`` writes it; what is unknown is null."""
+    return {
+        "sensors": {name: _finite(each._asdict()) for name, each in check.characters.items()},
+        "s2_behind_s": check.behind if math.isfinite(check.behind) else None,
+        "relation": None if check.relation is None else _relation(check.relation),
+        "findings": [each.as_json() for each in check.findings],
+    }
+
+
+def survey_text(found: Sequence[Together]) -> str:
+    """Return which fields move together."""
+    if not found:
+        return "no two numbers of different topics move together"
+    rows = [["correlation", "lag", "scale", "s1, s2"]]
+    for each in found[:MOST_PAIRS]:
+        relation = each.relation
+        fields = f"{_name(each.s1)}, {_name(each.s2)}"
+        if relation.kind is not Kind.VALUE:
+            fields += f" ({relation.kind.value})"
+        rows.append(
+            [
+                f"{relation.correlation:.3f}",
+                _signed_seconds(relation.lag),
+                f"{relation.sign * relation.middle_scale:.3g}",
+                fields,
+            ]
+        )
+    more = len(found) - MOST_PAIRS
+    rest = [f"and {more} more pairs: --json lists all"] if more > 0 else []
+    return "\n".join(["numbers that move together", text_table(rows, align="rrrl"), *rest])
+
+
+def survey_json(found: Sequence[Together]) -> list[dict[str, Any]]:
+    """Return a survey as ``check --json`` writes it."""
+    return [
+        {
+            "s1": {"topic": each.s1.topic, "field": each.s1.path},
+            "s2": {"topic": each.s2.topic, "field": each.s2.path},
+            **_relation(each.relation),
+        }
+        for each in found
+    ]
+
+
+def _characters(check: Check) -> str:
+    found = list(check.characters.values())
+    if not found:
+        return ""
+    head = ["", *(each.name for each in found)]
+    table = text_table([head, *([name, *map(row, found)] for name, row in _ROWS.items())])
+    return "\n".join([*(f"{each.name} is {each.source}" for each in found), table])
+
+
+def _pair(check: Check) -> str:
+    lines = []
+    if math.isfinite(check.behind) and abs(check.behind) >= SHOWN:
+        lines.append(f"{apart(check.behind)} while both arrive")
+    if check.relation is not None:
+        relation = check.relation
+        way = "lags" if relation.lag >= 0.0 else "leads"
+        lines.append(
+            f"s2 {way} s1 by {duration(abs(relation.lag))}; correlation "
+            f"{relation.correlation:.3f}, scale {relation.sign * relation.middle_scale:.3g}"
+        )
+    return "\n".join(lines)
+
+
+def _findings(findings: Sequence[Finding]) -> str:
+    if not findings:
+        return "nothing is wrong"
+    return "\n".join(
+        textwrap.fill(
+            f"{each.level.name:7} {each}",
+            WIDTH,
+            subsequent_indent=" " * 8,
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+        for each in findings
+    )
+
+
+def _relation(relation: Relation) -> dict[str, Any]:
+    return {
+        "kind": relation.kind.name.lower(),
+        "sign": relation.sign,
+        "lag_s": relation.lag,
+        "scale": relation.middle_scale,
+        "scale_from": relation.scale[0],
+        "scale_to": relation.scale[1],
+        "correlation": relation.correlation,
+        "chance": relation.chance,
+    }
+
+
+def _finite(values: dict[str, Any]) -> dict[str, Any]:
+    return {
+        name: value if not isinstance(value, float) or math.isfinite(value) else None
+        for name, value in values.items()
+    }
+
+
+def _signed_seconds(seconds: float) -> str:
+    return f"-{duration(-seconds)}" if seconds <= -5e-5 else duration(abs(seconds))
+
+
+def _name(field: Field) -> str:
+    return f"{field.topic} {field.path}"

@@ -1,0 +1,212 @@
+"""Which of many numbers move together: a coarse look at all pairs, then a close one at the best."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fuzzy_fusion_ros.batch.arrays import Reals
+from fuzzy_fusion_ros.checking.motion import Motion
+from fuzzy_fusion_ros.checking.pair import BEYOND_DOUBT, RELATED
+from fuzzy_fusion_ros.checking.relation import Relation, lag_of, relations
+
+POINTS = 1024
+"""Points of the grid on which all pairs are compared."""
+
+SPANS = (2, 8, 32)
+"""Steps of that grid over which changes are taken; they are compared every half of it."""
+
+LAGS = (-2, -1, 0, 1, 2)
+"""Lags that are tried there, in half spans."""
+
+MOST_FIELDS = 8000
+"""So many fields are compared, those with most samples: the work grows with the square."""
+
+ROWS = 500
+"""Fields that are compared with all others at a time, to bound memory."""
+
+CANDIDATES = 200
+"""Pairs that are looked at closely, those with the largest correlation on the grid."""
+
+COARSE = 0.4
+"""Correlation there from which on a pair is looked at closely."""
+
+FEWEST_SAMPLES = 20
+"""Fields with fewer samples are left out."""
+
+NOTHING = 1e-6
+"""What changes by less than this share of its steps is a constant or a counter."""
+
+ALIKE = 1.5
+"""Of fields whose intervals differ by less than this factor, the one that is ahead is S1."""
+
+CLOSE_POINTS = 2048
+"""Points of the grid of the close look."""
+
+
+class Field(NamedTuple):
+    """A number in the messages of a topic.
+
+    Attributes:
+        topic: The topic.
+        path: Where the number is.
+        unit: Its unit, ``""`` where the type does not tell.
+        motion: What it did.
+    """
+
+    topic: str
+    path: str
+    unit: str
+    motion: Motion
+
+
+class Together(NamedTuple):
+    """Two fields that move together.
+
+    Attributes:
+        s1: The one with the shorter interval or, of like intervals, the one that is ahead.
+        s2: The other.
+        relation: What they are to each other.
+    """
+
+    s1: Field
+    s2: Field
+    relation: Relation
+
+
+def survey(fields: Sequence[Field]) -> list[Together]:
+    """Return the pairs of fields of different topics that move together, the surest first.
+
+    Args:
+        fields: The fields.
+    """
+    moving = [each for each in fields if _moves(each.motion)]
+    moving = sorted(moving, key=lambda each: -each.motion.values.size)[:MOST_FIELDS]
+    if len(moving) < 2:
+        return []
+    found = [_together(moving[i], moving[j]) for i, j in _candidates(moving)]
+    # of so many pairs some reach this multiple of chance
+    times = math.sqrt(2.0 * math.log(max(2, len(moving) * (len(moving) - 1) // 2)))
+    sure = [_timed(each) for each in found if each is not None and _is_sure(each.relation, times)]
+    return sorted(sure, key=lambda each: -each.relation.correlation)
+
+
+def _moves(motion: Motion) -> bool:
+    return motion.values.size >= FEWEST_SAMPLES and bool(np.ptp(motion.values) > 0.0)
+
+
+def _is_sure(relation: Relation, times: float) -> bool:
+    if relation.correlation >= BEYOND_DOUBT:
+        return True
+    return relation.correlation >= max(RELATED, times * relation.chance)
+
+
+def _together(one: Field, other: Field) -> Together | None:
+    """Return what two fields are to each other."""
+    s1, s2 = sorted((one, other), key=lambda each: each.motion.interval)
+    best = _best(s1, s2)
+    if best and best.relation.lag < 0.0 and s2.motion.interval < ALIKE * s1.motion.interval:
+        return min((best, _best(s2, s1) or best), key=lambda each: each.relation.cost)
+    return best
+
+
+def _timed(together: Together) -> Together:
+    """Return a pair with its lag by itself."""
+    s1, s2, relation = together
+    lag = lag_of(s1.motion, s2.motion, relation, CLOSE_POINTS)
+    return together._replace(relation=relation._replace(lag=lag))
+
+
+def _best(s1: Field, s2: Field) -> Together | None:
+    found = relations(s1.motion, s2.motion, CLOSE_POINTS)
+    return Together(s1, s2, found[0]) if found else None
+
+
+def _candidates(fields: Sequence[Field]) -> list[tuple[int, int]]:
+    """Return places of pairs of different topics, those that correlate most on the grid."""
+    topics = np.unique([each.topic for each in fields], return_inverse=True)[1]
+    steps = _steps(fields)
+    found: list[tuple[float, int, int]] = []
+    for first in range(0, len(fields), ROWS):
+        rows = np.arange(first, min(first + ROWS, len(fields)))
+        columns = np.arange(first, len(fields))
+        best = _correlations(steps, rows, first)
+        best[topics[rows, None] == topics[None, columns]] = 0.0
+        best[rows[:, None] >= columns[None, :]] = 0.0
+        most = np.argpartition(best, max(0, best.size - CANDIDATES), axis=None)[-CANDIDATES:]
+        found += [
+            (float(best[i, j]), int(rows[i]), int(columns[j]))
+            for i, j in zip(*np.unravel_index(most, best.shape), strict=True)
+            if best[i, j] >= COARSE
+        ]
+    return [(i, j) for _, i, j in sorted(found, reverse=True)[:CANDIDATES]]
+
+
+class _Steps(NamedTuple):
+    """What all fields do over some span, in rows of norm 1, or 0 where nothing moves.
+
+    Attributes:
+        changes: How they change, shape (fields, k).
+        integrals: What they add up to, shape (fields, k).
+    """
+
+    changes: NDArray[np.float32]
+    integrals: NDArray[np.float32]
+
+
+def _steps(fields: Sequence[Field]) -> list[_Steps]:
+    """Return what all fields do, over each span."""
+    start = min(float(each.motion.time_s[0]) for each in fields)
+    end = max(float(each.motion.time_s[-1]) for each in fields)
+    times = np.linspace(start, end, POINTS)
+    parts = [_some_steps(fields[k : k + ROWS], times) for k in range(0, len(fields), ROWS)]
+    return [
+        _Steps(*(np.concatenate(kind) for kind in zip(*of_span, strict=True)))
+        for of_span in zip(*parts, strict=True)
+    ]
+
+
+def _some_steps(fields: Sequence[Field], times: Reals) -> list[_Steps]:
+    values = np.array([_binned(each.motion, times) for each in fields])
+    changes, integrals = np.diff(values), 0.5 * (values[:, 1:] + values[:, :-1])
+    return [_Steps(_normalised(changes, span), _normalised(integrals, span)) for span in SPANS]
+
+
+def _correlations(
+    spans: Sequence[_Steps], rows: NDArray[np.int64], first: int
+) -> NDArray[np.float32]:
+    """Return the largest correlation of some fields with those from one on, of any kind."""
+    best = np.zeros((rows.size, spans[0].changes.shape[0] - first), np.float32)
+    for changes, integrals in spans:
+        for s1, s2 in ((changes, changes), (integrals, changes), (changes, integrals)):
+            size = s1.shape[1]
+            for lag in LAGS:
+                early = slice(max(0, -lag), size - max(0, lag))
+                late = slice(max(0, lag), size - max(0, -lag))
+                np.maximum(best, np.abs(s1[rows, early] @ s2[first:, late].T), out=best)
+    return best
+
+
+def _binned(motion: Motion, times: Reals) -> Reals:
+    """Return the mean of a field about each time, or what is on lines where there is no sample."""
+    place = np.rint(np.interp(motion.time_s, times, np.arange(times.size))).astype(np.int64)
+    counts = np.bincount(place, minlength=times.size)
+    sums = np.bincount(place, motion.values, times.size)
+    filled = counts > 0
+    return np.interp(times, times[filled], sums[filled] / counts[filled])
+
+
+def _normalised(steps: Reals, span: int) -> NDArray[np.float32]:
+    """Return what happens over a span, smoothed over as long, every half of it; rows of norm 1."""
+    sums = np.pad(steps - steps.mean(axis=1, keepdims=True), ((0, 0), (span, span)))
+    for _ in range(2):
+        total = np.pad(np.cumsum(sums, axis=1), ((0, 0), (span, 0)))
+        sums = total[:, span:] - total[:, :-span]
+    sums = sums[:, :: span // 2]
+    norm = np.linalg.norm(sums, axis=1, keepdims=True)
+    least = np.abs(steps).max(axis=1, keepdims=True) * NOTHING
+    return np.where(norm > least, sums / np.where(norm > 0.0, norm, 1.0), 0.0).astype(np.float32)

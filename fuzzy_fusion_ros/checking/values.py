@@ -1,0 +1,184 @@
+"""What is wrong with the numbers of one sensor: not finite, spikes, an angle that wraps."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from fuzzy_fusion_ros.batch.arrays import Flags, Reals, white_noise
+from fuzzy_fusion_ros.checking.finding import Finding, Level
+from fuzzy_fusion_ros.checking.samples import SensorSamples
+from fuzzy_fusion_ros.online.guard import Drop
+
+PERIODS = {2.0 * math.pi: "2 pi", 360.0: "360 degrees"}
+"""Where angles wrap, in their unit, and its name."""
+
+NEAR = 0.25
+"""Share of the period by which a step may differ from a whole turn, or from none, and values from
+the ends of the turn."""
+
+EXACT, FAST = 0.05, 4.0
+"""A turn is off a whole one by less than this share of it and this many usual steps."""
+
+RARE = 0.3
+"""Of steps that are neither, noise or spikes make more than turns are; an angle that means nothing
+at rest makes about as many."""
+
+HALF_WINDOW = 2
+"""Samples each way in the median that shows spikes: those of up to two samples stand out."""
+
+BLOCK = 50
+"""Samples whose usual step is taken for that of each of them."""
+
+USUAL = 0.6
+"""Quantile of the steps that is the usual step: spikes of one sample in ten do not change it."""
+
+STANDS_OUT = (6.0, 4.0)
+"""A spike is this many usual steps off: those around it, and those of the recording. White noise
+alone reaches 6 of its usual steps once in 10^12 samples."""
+
+FEWEST = 20
+"""In fewer samples nothing is a spike."""
+
+MANY_SPIKES = (0.01, 10)
+"""At this share and this number, spikes are a fault of the sensor rather than of the moment."""
+
+SOME_SPIKES = 5
+"""Fewer are not worth telling."""
+
+
+class Wrap(NamedTuple):
+    """An angle that jumps by a whole turn.
+
+    Attributes:
+        period: The turn, unit of the signal; 0 if there is none.
+        jumps: How often it jumps.
+    """
+
+    period: float
+    jumps: int
+
+    def unwrapped(self, values: Reals) -> Reals:
+        """Return an angle without its jumps; steps of more than a quarter turn are left out."""
+        if self.period == 0.0:
+            return values
+        steps = np.diff(values)
+        steps -= self.period * np.round(steps / self.period)
+        steps[np.abs(steps) > NEAR * self.period] = 0.0
+        unwrapped: Reals = values[0] + np.append(0.0, np.cumsum(steps))
+        return unwrapped
+
+
+def wrap_of(values: Reals) -> Wrap:
+    """Return where an angle wraps.
+
+    Args:
+        values: Finite, shape (n,).
+    """
+    steps = np.abs(np.diff(values))
+    for period in PERIODS:
+        if not _fits(values, period):
+            continue
+        top = period if values.min() > -NEAR * period else 0.5 * period
+        ends = np.minimum(np.abs(values - top), np.abs(values - (top - period))) < NEAR * period
+        off = np.minimum(FAST * np.median(steps) + EXACT * period, NEAR * period)
+        turns = (np.abs(steps - period) < off) & ends[1:] & ends[:-1]
+        between = (steps > NEAR * period) & (steps < (1.0 - NEAR) * period)
+        jumps = int(np.count_nonzero(turns))
+        if jumps > RARE * np.count_nonzero(between):
+            return Wrap(period, jumps)
+    return Wrap(0.0, 0)
+
+
+def _fits(values: Reals, period: float) -> bool:
+    return values.size > 1 and bool(np.ptp(values) <= period * (1.0 + NEAR))
+
+
+def spikes_of(values: Reals) -> Flags:
+    """Return which samples jump off and back, shape (n,).
+
+    Instead of ``batch.cleaning.without_spikes``, which is made for a sensor that shakes and takes
+    6 % of the samples of a slow one that moves now and then for spikes.
+
+    Args:
+        values: Finite, shape (n,).
+    """
+    n = values.size
+    if n < FEWEST:
+        return np.zeros(n, np.bool_)
+    padded = np.pad(values, HALF_WINDOW, mode="edge")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * HALF_WINDOW + 1)
+    distance = np.abs(values - np.median(windows, axis=1))
+    steps = np.abs(np.diff(values, append=values[-1]))
+    resolution = steps[steps > 0.0].min(initial=np.inf)
+    blocks = np.sort(np.pad(steps, (0, -n % BLOCK), mode="reflect").reshape(-1, BLOCK))
+    usual = np.pad(blocks[:, int(USUAL * BLOCK)], 1, mode="edge")
+    around = np.repeat(np.maximum(np.maximum(usual[:-2], usual[1:-1]), usual[2:]), BLOCK)[:n]
+    overall = float(np.quantile(steps, USUAL))
+    least = np.maximum(STANDS_OUT[0] * around, STANDS_OUT[1] * overall)
+    spikes: Flags = distance > np.maximum(least, STANDS_OUT[0] * resolution)
+    return spikes
+
+
+class Values(NamedTuple):
+    """The values of a sensor, judged.
+
+    Attributes:
+        clean: The finite ones without wraps and spikes, shape (k,).
+        noise: Standard deviation of their white noise.
+        spikes: Share of them that were spikes.
+        findings: What is wrong.
+    """
+
+    clean: Reals
+    noise: float
+    spikes: float
+    findings: tuple[Finding, ...]
+
+
+def judge_values(samples: SensorSamples, period: float) -> Values:
+    """Judge the values of a sensor by themselves.
+
+    Args:
+        samples: Of the sensor; at least three with finite values.
+        period: Where the other sensor wraps, unit of the signal; 0 if it does not.
+    """
+    name, n = samples.name, samples.values.size
+    values = samples.values[np.isfinite(samples.values)]
+    findings = []
+    if values.size < n:
+        text = f"{n - values.size} of {n} samples of {name} are dropped: {Drop.NOT_FINITE.value}"
+        findings.append(Finding(Level.WARNING, "not finite", text, {}))
+    wrap = wrap_of(values)
+    if wrap.jumps:
+        text = f"{name} wraps: it jumps by {PERIODS[wrap.period]}, {wrap.jumps} times"
+        remedy = f"signal.period: {wrap.period:.10g}"
+        findings.append(Finding(Level.WARNING, "wrap", text, {}, remedy))
+    elif _fits(values, period):
+        wrap = Wrap(period, 0)
+    unwrapped = wrap.unwrapped(values)
+    spikes = spikes_of(unwrapped)
+    clean = _without(spikes, unwrapped)
+    count = int(np.count_nonzero(spikes))
+    if count >= SOME_SPIKES:
+        size = float(np.median(np.abs(unwrapped - clean)[spikes]))
+        findings.append(_spikes(name, count, values.size, size))
+    return Values(clean, white_noise(clean), count / values.size, tuple(findings))
+
+
+def _without(spikes: Flags, values: Reals) -> Reals:
+    """Return values with spikes replaced by lines between the samples about them."""
+    if not spikes.any():
+        return values
+    places = np.arange(values.size)
+    return np.interp(places, places[~spikes], values[~spikes])
+
+
+def _spikes(name: str, count: int, of: int, size: float) -> Finding:
+    text = f"{name} has spikes: {count} of {of} samples jump off and back, half by over {size:.2g}"
+    if count < max(MANY_SPIKES[0] * of, MANY_SPIKES[1]):
+        return Finding(Level.INFO, "spikes", text, {})
+    remedy = f"s1.spike_threshold: {0.5 * size:.2g}" if name == "s1" else "a filter in its driver"
+    return Finding(Level.WARNING, "spikes", text, {}, remedy)

@@ -1,0 +1,269 @@
+"""What is wrong between two sensors, and the parameter that mends it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from checking.made import both, only, sensor
+
+from fuzzy_fusion_ros.batch.arrays import Reals
+from fuzzy_fusion_ros.checking.check import Check
+from fuzzy_fusion_ros.checking.finding import Level
+
+T1: Reals = 0.01 * np.arange(6000)
+T2: Reals = 0.1 * np.arange(600)
+LAG = 0.2
+NOISE: Reals = np.random.default_rng(1).normal(size=6000)
+NOISE2: Reals = np.random.default_rng(2).normal(size=600)
+
+
+def motion(time_s: Reals) -> Reals:
+    """Three sines that have nothing in common."""
+    found: Reals = np.sin(time_s) + np.sin(2.3 * time_s + 1.0) + 0.5 * np.sin(0.37 * time_s)
+    return found
+
+
+def rate(time_s: Reals) -> Reals:
+    """The derivative of that."""
+    found: Reals = np.cos(time_s) + 2.3 * np.cos(2.3 * time_s + 1.0) + 0.185 * np.cos(0.37 * time_s)
+    return found
+
+
+def checked(s1: Reals, s2: Reals, unit1: str = "", unit2: str = "") -> Check:
+    return both(
+        sensor("s1", T1, s1 + 0.02 * float(np.std(s1)) * NOISE, unit=unit1),
+        sensor("s2", T2, s2 + 0.01 * float(np.std(s2)) * NOISE2, unit=unit2),
+    )
+
+
+def test_nothing_is_wrong() -> None:
+    found = checked(0.3 + motion(T1), motion(T2 - LAG))
+    assert found.findings == ()
+    assert found.is_fine
+    assert found.relation is not None
+    assert found.relation.lag == pytest.approx(LAG, abs=0.02)
+    assert found.relation.middle_scale == pytest.approx(1.0, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("factor", "about", "text", "remedy"),
+    [
+        (-1.0, "sign", "s1 has the opposite sign of s2", "s1.scale: -1"),
+        (
+            180.0 / math.pi,
+            "scale",
+            "s1 reads 57.3 times what s2 reads: degrees against radians",
+            "s1.scale: 0.01745329",
+        ),
+        (
+            math.pi / 180.0,
+            "scale",
+            "s1 reads 0.0175 times what s2 reads: radians against degrees",
+            "s1.scale: 57.29578",
+        ),
+        (
+            1.0 / 9.80665,
+            "scale",
+            "s1 reads 0.102 times what s2 reads: g against m/s^2",
+            "s1.scale: 9.80665",
+        ),
+        (
+            3.6,
+            "scale",
+            "s1 reads 3.6 times what s2 reads: km/h against m/s",
+            "s1.scale: 0.2777778",
+        ),
+        (
+            100.0,
+            "scale",
+            "s1 reads 100 times what s2 reads: Pa against hPa (or cm, m)",
+            "s1.scale: 0.01",
+        ),
+        (5.0, "scale", "s1 reads 5 times what s2 reads", "s1.scale: 0.2"),
+        (
+            -180.0 / math.pi,
+            "sign",
+            "s1 has the opposite sign of s2, times 57.3: degrees against radians",
+            "s1.scale: -0.01745329",
+        ),
+    ],
+)
+def test_sign_and_scale(factor: float, about: str, text: str, remedy: str) -> None:
+    found = checked(factor * motion(T1), motion(T2 - LAG))
+    finding = only(found.findings, about)
+    assert finding.level is Level.ERROR
+    assert finding.text == text
+    assert finding.remedy == remedy
+    assert abs(finding.evidence["correlation"]) > 0.98
+    assert len(found.findings) == 1
+
+
+@pytest.mark.parametrize("factor", [0.7, 0.9, 1.2, 1.5])
+def test_an_inaccurate_scale_is_no_other_unit(factor: float) -> None:
+    assert checked(factor * motion(T1), motion(T2 - LAG)).findings == ()
+
+
+@pytest.mark.parametrize(
+    ("s1", "s2", "text", "remedy"),
+    [
+        (rate(T1), motion(T2 - LAG), "s1 is the rate of s2", "s1.kind: rate"),
+        (
+            -rate(T1),
+            motion(T2 - LAG),
+            "s1 is the negated rate of s2",
+            "s1.kind: rate and s1.scale: -1",
+        ),
+        (
+            rate(T1) * 180.0 / math.pi,
+            motion(T2 - LAG),
+            "s1 is the rate of s2, times 57.3: degrees against radians",
+            "s1.kind: rate and s1.scale: 0.01745329",
+        ),
+        (
+            motion(T1),
+            rate(T2 - LAG),
+            "s2 is the rate of s1",
+            "--s1 and --s2 exchanged, with s1.kind: rate",
+        ),
+    ],
+)
+def test_a_rate_for_a_value(s1: Reals, s2: Reals, text: str, remedy: str) -> None:
+    found = checked(s1, s2)
+    finding = only(found.findings, "rate")
+    assert (finding.text, finding.remedy) == (text, remedy)
+    assert finding.evidence["as values"] < abs(finding.evidence["correlation"])
+
+
+def test_what_looks_the_same_either_way_is_no_fault() -> None:
+    found = checked(np.sin(2.0 * T1), np.sin(2.0 * (T2 - 0.8)))
+    assert found.is_fine
+    assert [each.about for each in found.findings] == ["ambiguous"]
+
+
+@pytest.mark.parametrize(
+    ("unit1", "unit2", "about", "text"),
+    [
+        ("Pa", "m", "units", "s1 is in Pa, s2 in m"),
+        ("rad/s", "rad", "rate", "s1 is in rad/s, s2 in rad: one is the rate of the other"),
+        ("m", "m/s", "rate", "s1 is in m, s2 in m/s: one is the rate of the other"),
+    ],
+)
+def test_units_that_differ(unit1: str, unit2: str, about: str, text: str) -> None:
+    finding = only(checked(0.0 * T1, 0.0 * T2, unit1, unit2).findings, about)
+    assert finding.text == text
+    assert finding.level is Level.ERROR
+
+
+def test_units_decide_where_motion_could_be_either() -> None:
+    s1, s2 = np.cos(T1), np.sin(T2 - 0.4)
+    assert checked(s1, s2, "m", "m").is_fine
+    assert only(checked(s1, s2, "m/s", "m").findings, "rate").remedy == "s1.kind: rate"
+
+
+def test_one_topic_for_both() -> None:
+    one = sensor("s1", T1, motion(T1), topic="/imu", field="angular_velocity.x")
+    found = both(one, one._replace(name="s2"))
+    finding = only(found.findings, "same topic")
+    assert finding.text == "s1 and s2 are both /imu angular_velocity.x"
+    assert finding.level is Level.ERROR
+
+
+@pytest.mark.parametrize(("every", "level"), [(1, Level.WARNING), (10, Level.INFO)])
+def test_a_copy_on_another_topic(every: int, level: Level) -> None:
+    values = motion(T1) + 0.1 * NOISE
+    found = both(sensor("s1", T1, values), sensor("s2", T1[::every], values[::every]))
+    finding = only(found.findings, "copy")
+    assert finding.text == "s2 is a copy of s1: all its stamps and values are in that"
+    assert finding.level is level
+
+
+def test_sensors_with_each_others_role() -> None:
+    found = both(
+        sensor("s1", T2, motion(T2 - LAG) + 0.01 * NOISE2),
+        sensor("s2", T1, motion(T1) + 0.3 * NOISE),
+    )
+    finding = only(found.findings, "exchanged")
+    assert finding.text == "s1 and s2 look exchanged: s2 is faster and noisier and ahead of s1"
+    assert finding.remedy == "--s1 and --s2 exchanged"
+
+
+def test_sensors_that_have_nothing_in_common() -> None:
+    other = 2.0 * np.sin(0.83 * T2) + np.sin(1.57 * T2) + np.sin(3.1 * T2 + 1.0)
+    finding = only(checked(motion(T1), other).findings, "unrelated")
+    assert finding.text == "s1 and s2 have no more in common than chance"
+    assert finding.level is Level.WARNING
+
+
+def test_sensors_at_rest_are_fine() -> None:
+    found = both(sensor("s1", T1, 0.1 * NOISE), sensor("s2", T2, 0.01 * NOISE2))
+    assert found.is_fine
+
+
+def test_sensors_at_rest_whose_noise_is_not_white_are_fine() -> None:
+    kernel = np.exp(-np.arange(100) / 10.0)
+    s1 = np.convolve(np.random.default_rng(3).normal(size=6099), kernel, "valid")
+    s2 = np.convolve(np.random.default_rng(4).normal(size=699), kernel, "valid")
+    found = both(sensor("s1", T1, s1), sensor("s2", T2, s2))
+    assert found.is_fine
+
+
+def test_where_units_are_known_only_a_factor_between_units_is_named() -> None:
+    odd = checked(5.0 * rate(T1), motion(T2 - LAG), "rad/s", "rad")
+    assert only(odd.findings, "rate").remedy == "s1.kind: rate"
+    degrees = checked(57.3 * rate(T1), motion(T2 - LAG), "rad/s", "rad")
+    assert only(degrees.findings, "rate").remedy == "s1.kind: rate and s1.scale: 0.01745329"
+    assert checked(5.0 * motion(T1), motion(T2 - LAG), "m", "m").is_fine
+
+
+def test_a_rate_by_its_unit_whose_motion_does_not_show_is_not_called_unrelated() -> None:
+    other = 2.0 * np.sin(0.83 * T2) + np.sin(1.57 * T2) + np.sin(3.1 * T2 + 1.0)
+    found = checked(motion(T1), other, "rad/s", "rad")
+    assert {each.about for each in found.findings} == {"rate", "motion"}
+
+
+def test_a_sensor_that_is_stuck() -> None:
+    found = checked(np.full(6000, 0.5), motion(T2))
+    finding = only(found.findings, "stuck")
+    assert finding.text.startswith("s1 is stuck: it reads 0.5 throughout while s2 moves over 3.4")
+    assert finding.level is Level.ERROR
+    assert len(found.findings) == 1
+
+
+def test_a_sensor_that_is_stuck_for_a_while() -> None:
+    values = motion(T1) + 0.02 * NOISE
+    values[3000:4000] = values[3000]
+    found = both(sensor("s1", T1, values), sensor("s2", T2, motion(T2 - LAG)))
+    finding = only(found.findings, "stuck")
+    assert "from 30.0 s to 40.0 s while s2 moves over" in finding.text
+    assert finding.level is Level.WARNING
+
+
+def test_a_coarse_sensor_at_rest_is_not_stuck() -> None:
+    moving = T1 < 40.0
+    s1 = np.where(moving, np.round(motion(T1), 1), 0.0)
+    s2 = np.where(T2 < 40.0, motion(T2 - LAG), 0.0) + 0.05 * NOISE2
+    found = both(sensor("s1", T1, s1), sensor("s2", T2, s2))
+    assert "stuck" not in {each.about for each in found.findings}
+
+
+def test_a_silence() -> None:
+    there = (T1 < 20.0) | (T1 >= 26.0)
+    found = both(
+        sensor("s1", T1[there], motion(T1)[there]), sensor("s2", T2, motion(T2 - LAG) + 1e-3)
+    )
+    finding = only(found.findings, "gap")
+    assert finding.text == (
+        "s1 is silent once, longest for 6.0 s from 20.0 s on; its usual interval is 0.01 s"
+    )
+    assert finding.level is Level.WARNING
+
+
+def test_too_few_samples() -> None:
+    found = both(sensor("s1", T1, motion(T1)), sensor("s2", [], []))
+    assert only(found.findings, "samples").text == "s2 has no messages"
+    found = both(sensor("s1", T1, motion(T1)), sensor("s2", T2[:4], [1.0, 2.0, math.nan, math.inf]))
+    assert only(found.findings, "samples").text == "2 of 4 samples of s2 can be used"
+    assert list(found.characters) == ["s1"]
+    assert not found.is_fine

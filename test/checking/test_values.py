@@ -1,0 +1,114 @@
+"""Values of one sensor: not finite, wrapping, with spikes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from checking.made import only, sensor
+
+from fuzzy_fusion_ros.batch.arrays import Reals
+from fuzzy_fusion_ros.checking.finding import Level
+from fuzzy_fusion_ros.checking.values import judge_values, spikes_of, wrap_of
+
+TIMES: Reals = 0.01 * np.arange(3000)
+NOISE: Reals = np.random.default_rng(0).normal(size=3000)
+TURN = 2.0 * math.pi
+
+
+def wrapped(angle: Reals, period: float) -> Reals:
+    """Return an angle in (-period / 2, period / 2]."""
+    found: Reals = angle - period * np.ceil(angle / period - 0.5)
+    return found
+
+
+@pytest.mark.parametrize("period", [TURN, 360.0])
+@pytest.mark.parametrize("from_zero", [False, True])
+def test_an_angle_that_wraps(period: float, from_zero: bool) -> None:
+    angle = period * (TIMES / 7.0 + 0.01 * NOISE)
+    values = angle % period if from_zero else wrapped(angle, period)
+    found = wrap_of(values)
+    assert found.period == period
+    assert found.jumps >= 4
+    unwrapped = found.unwrapped(values)
+    assert unwrapped - unwrapped[0] == pytest.approx(angle - angle[0], abs=1e-9 * period)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        3.0 * np.sin(TIMES),
+        TURN * np.sign(np.sin(TIMES)),  # jumps by two turns
+        2.0 * NOISE,
+        np.where(TIMES < 15.0, 0.0, TURN),  # one jump, from rest to rest
+        100.0 * TIMES,
+        np.zeros(3000),
+        np.zeros(1),
+    ],
+)
+def test_what_does_not_wrap(values: Reals) -> None:
+    assert wrap_of(values).jumps == (1 if values.max() == TURN and values.min() == 0.0 else 0)
+
+
+def test_a_wrap_is_named_with_its_period() -> None:
+    samples = sensor("s2", TIMES, wrapped(TIMES, 360.0 / 100.0) * 100.0)
+    finding = only(judge_values(samples, 0.0).findings, "wrap")
+    assert finding.text == "s2 wraps: it jumps by 360 degrees, 8 times"
+    assert finding.remedy == "signal.period: 360"
+    assert finding.level is Level.WARNING
+
+
+def test_the_other_sensors_period_is_used() -> None:
+    values = np.array([3.0, -3.0, 3.0] * 20)
+    assert np.ptp(judge_values(sensor("s1", TIMES[:60], values), TURN).clean) < 1.0
+
+
+@pytest.mark.parametrize("share", [0.01, 0.02, 0.1])
+def test_spikes(share: float) -> None:
+    generator = np.random.default_rng(1)
+    where = generator.uniform(size=3000) < share
+    clean = np.sin(TIMES) + 0.1 * NOISE
+    found = spikes_of(clean + np.where(where, generator.choice([-5.0, 5.0], 3000), 0.0))
+    assert np.mean(found[where]) > 0.9
+    assert np.mean(found[~where]) < 2e-3
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        NOISE,
+        np.sin(20.0 * TIMES),
+        np.round(np.sin(TIMES), 1),  # coarse
+        np.floor(TIMES),  # steps
+        np.repeat(NOISE[:300], 10),  # held
+        np.where(NOISE > 0.0, 1.0, 0.0),
+        np.zeros(3000),
+        np.append(np.zeros(1500), NOISE[:1500]),
+        np.arange(5.0),
+    ],
+)
+def test_what_is_no_spike(values: Reals) -> None:
+    assert np.count_nonzero(spikes_of(values)) == 0
+
+
+@pytest.mark.parametrize(
+    ("count", "level", "remedy"),
+    [(6, Level.INFO, ""), (60, Level.WARNING, "s1.spike_threshold: 2.5")],
+)
+def test_many_spikes_are_a_fault(count: int, level: Level, remedy: str) -> None:
+    values = 0.1 * NOISE
+    values[np.linspace(20, 2900, count).astype(int)] += 5.0
+    finding = only(judge_values(sensor("s1", TIMES, values), 0.0).findings, "spikes")
+    assert (finding.level, finding.remedy) == (level, remedy)
+    assert finding.text.startswith(f"s1 has spikes: {count} of 3000 samples")
+
+
+def test_values_that_are_not_finite() -> None:
+    values = NOISE.copy()
+    values[[5, 6, 7]] = math.nan, math.inf, -math.inf
+    found = judge_values(sensor("s1", TIMES, values), 0.0)
+    assert only(found.findings, "not finite").text == (
+        "3 of 3000 samples of s1 are dropped: value is not finite"
+    )
+    assert found.clean.size == 2997
