@@ -45,6 +45,7 @@ docs: venv ## fill tables and pictures of README and docs with what the commands
 	@$(RUN) python docs/make_parameters.py
 	@$(RUN) python docs/make_tuning.py
 	@$(RUN) python docs/make_limitations.py
+	@PYTHONPATH="test$${PYTHONPATH:+:$$PYTHONPATH}" $(RUN) python docs/make_check.py
 
 .PHONY: bench
 bench: venv ## time the estimator, nodes, replay and programs beside what they compare with

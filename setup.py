@@ -7,6 +7,7 @@ from setuptools import Distribution, find_packages, setup
 PACKAGE = "fuzzy_fusion_ros"
 
 EXECUTABLES = (
+    "check",
     "demo",
     "fusion_node",
     "pendulum_node",

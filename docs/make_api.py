@@ -16,6 +16,9 @@ from types import FunctionType, ModuleType
 import fuzzy_fusion_ros
 from fuzzy_fusion_ros import testing
 from fuzzy_fusion_ros.bag import BagMessage, BagReader
+from fuzzy_fusion_ros.checking.check import Check
+from fuzzy_fusion_ros.checking.finding import Finding
+from fuzzy_fusion_ros.jobs.check import CheckResult
 from fuzzy_fusion_ros.jobs.fuse import FusedArrays
 from fuzzy_fusion_ros.jobs.progress import Progress
 from fuzzy_fusion_ros.jobs.tune import TuneResult
@@ -33,7 +36,20 @@ These names are public; everything else may change without notice. The first par
 `import fuzzy_fusion_ros` imports nothing else until a name is used. [examples/](../examples) has
 programs that use it; [fusion_node](fusion_node.md#parameters) lists the parameters.
 """
-TYPES = (FusedArrays, Verdict, Fused, BagReader, BagMessage, Replayed, Score, TuneResult, Progress)
+TYPES = (
+    CheckResult,
+    Check,
+    Finding,
+    FusedArrays,
+    Verdict,
+    Fused,
+    BagReader,
+    BagMessage,
+    Replayed,
+    Score,
+    TuneResult,
+    Progress,
+)
 SECTIONS = {"Args:", "Attributes:", "Raises:"}
 WIDTH = 80
 

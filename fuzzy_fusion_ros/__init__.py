@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from fuzzy_fusion_ros.bag.reader import open_bag
     from fuzzy_fusion_ros.core.sample import Sample
+    from fuzzy_fusion_ros.jobs.check import check
     from fuzzy_fusion_ros.jobs.fuse import fuse
     from fuzzy_fusion_ros.jobs.replay import replay
     from fuzzy_fusion_ros.jobs.score import score
@@ -35,6 +36,7 @@ __all__ = [
     "Parameters",
     "Sample",
     "Topics",
+    "check",
     "fuse",
     "open_bag",
     "parameters_from",
@@ -51,6 +53,7 @@ _HOMES = {
     "Parameters": "parameters.fusion",
     "Sample": "core.sample",
     "Topics": "offline.topics",
+    "check": "jobs.check",
     "fuse": "jobs.fuse",
     "open_bag": "bag.reader",
     "parameters_from": "parameters.file",

@@ -128,23 +128,3 @@ def codec_of(
         except MessageError as error:
             problems.append(error)
     raise MessageError(f"topic {topic}: {problems[0]}")
-
-
-_UNITS = {
-    "linear_acceleration": "m/s^2",
-    "accel.linear": "m/s^2",
-    "accel.angular": "rad/s^2",
-    "angular_velocity": "rad/s",
-    "twist.linear": "m/s",
-    "twist.angular": "rad/s",
-    "sensor_msgs/msg/Range": "m",
-    "sensor_msgs/msg/Temperature": "degC",
-    "sensor_msgs/msg/FluidPressure": "Pa",
-    "sensor_msgs/msg/MagneticField": "T",
-    "sensor_msgs/msg/Illuminance": "lx",
-}
-
-
-def unit_of(msgtype: str, field: str) -> str:
-    """Return the unit that a standard message gives its number; ``""`` for a plain scalar."""
-    return next((unit for mark, unit in _UNITS.items() if mark in f"{msgtype} {field}"), "")

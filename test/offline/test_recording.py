@@ -16,7 +16,7 @@ from fuzzy_fusion_ros.bag import BagWriter, open_bag
 from fuzzy_fusion_ros.batch.series import fusion, run
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.offline.recording import read_explanation, read_recording
-from fuzzy_fusion_ros.offline.topics import Topics, unit_of
+from fuzzy_fusion_ros.offline.topics import Topics
 from fuzzy_fusion_ros.online.fusion import Fusion
 from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
@@ -242,20 +242,3 @@ def test_messages_can_be_watched(tmp_path: Path) -> None:
             progress=lambda found: (seen.append(each) or each for each in found),
         )
     assert len(seen) == 310
-
-
-@pytest.mark.parametrize(
-    ("msgtype", "field", "unit"),
-    [
-        ("geometry_msgs/msg/PointStamped", "point.x", ""),
-        ("sensor_msgs/msg/Imu", "linear_acceleration.x", "m/s^2"),
-        ("sensor_msgs/msg/Imu", "angular_velocity.z", "rad/s"),
-        ("geometry_msgs/msg/AccelStamped", "accel.linear.x", "m/s^2"),
-        ("nav_msgs/msg/Odometry", "twist.twist.linear.x", "m/s"),
-        ("sensor_msgs/msg/Range", "range", "m"),
-        ("sensor_msgs/msg/FluidPressure", "fluid_pressure", "Pa"),
-        ("std_msgs/msg/Float64", "data", ""),
-    ],
-)
-def test_units_are_those_of_standard_messages(msgtype: str, field: str, unit: str) -> None:
-    assert unit_of(msgtype, field) == unit

@@ -1,0 +1,99 @@
+"""Checks the sensors of a bag, and finds which of its numbers move together."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from fuzzy_fusion_ros.bag import open_bag
+from fuzzy_fusion_ros.checking import report
+from fuzzy_fusion_ros.checking.check import Check
+from fuzzy_fusion_ros.checking.survey import Together
+from fuzzy_fusion_ros.jobs.parameter_file import Source, fusion_parameters
+from fuzzy_fusion_ros.jobs.progress import SILENT, Progress
+from fuzzy_fusion_ros.offline.check import check_bag, survey_bag
+from fuzzy_fusion_ros.offline.topics import Topics
+
+
+class CheckResult(NamedTuple):
+    """What was found in a bag.
+
+    Attributes:
+        check: What its two sensors are like and what is wrong; None if none were named and the bag
+            has no default topics.
+        together: Which of its numbers move together, the surest first; None if not looked for.
+        notes: What of the bag could not be read, one line each.
+    """
+
+    check: Check | None
+    together: tuple[Together, ...] | None
+    notes: tuple[str, ...]
+
+    @property
+    def is_fine(self) -> bool:
+        """Whether nothing is wrong with the two sensors."""
+        return self.check is None or self.check.is_fine
+
+    def report(self) -> str:
+        """Return it as text for a terminal."""
+        parts = [] if self.check is None else [report.check_text(self.check)]
+        parts += [] if self.together is None else [report.survey_text(self.together)]
+        return "\n\n".join(parts)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what ``check --json`` writes; what was not looked for is null."""
+        return {
+            "check": None if self.check is None else report.check_json(self.check),
+            "together": None if self.together is None else report.survey_json(self.together),
+        }
+
+
+def check(
+    bag: str | Path,
+    *,
+    parameters: Source = None,
+    topics: Topics | None = None,
+    start: float | None = None,
+    end: float | None = None,
+    progress: Progress = SILENT,
+) -> CheckResult:
+    """Check the two sensors of a bag: clocks, rates, values, and what they are to each other.
+
+    Args:
+        bag: A rosbag2 directory or an ``.mcap`` file.
+        parameters: Of the fusion, or the YAML file with them, for the fields of the sensors; the
+            defaults unless given.
+        topics: Where the sensors are. Unless given, the bag is searched for numbers that move
+            together, and ``/s1`` and ``/s2`` are checked if it has them.
+        start: Where to start, seconds from the first message of the bag.
+        end: Where to end, seconds from the first message of the bag.
+        progress: Shows progress.
+
+    Raises:
+        FusionError: The bag or the parameters cannot be used.
+    """
+    wanted = topics or Topics()
+    base = fusion_parameters(parameters)
+    with open_bag(bag) as reader:
+        checked, together = None, None
+        if topics is not None or {wanted.s1, wanted.s2} <= reader.topics.keys():
+            checked = check_bag(
+                reader,
+                wanted,
+                base,
+                start,
+                end,
+                lambda messages: progress.over(messages, f"reading {bag}", unit=" messages"),
+            )
+        if topics is None:
+            together = tuple(
+                survey_bag(
+                    reader,
+                    start,
+                    end,
+                    lambda messages: progress.over(
+                        messages, f"searching {bag}", reader.message_count, " messages"
+                    ),
+                )
+            )
+        return CheckResult(checked, together, tuple(reader.problems))

@@ -1,0 +1,229 @@
+"""Checks and surveys of a bag: its samples as recorded, before any filter."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import islice, takewhile
+
+import numpy as np
+
+from fuzzy_fusion_ros.bag.reader import BagReader
+from fuzzy_fusion_ros.batch.arrays import seconds_since
+from fuzzy_fusion_ros.checking.check import Check, check
+from fuzzy_fusion_ros.checking.motion import motion_of
+from fuzzy_fusion_ros.checking.recent import warnings
+from fuzzy_fusion_ros.checking.samples import SensorSamples, TwoSensors
+from fuzzy_fusion_ros.checking.survey import Field, Together, survey
+from fuzzy_fusion_ros.checking.values import wrap_of
+from fuzzy_fusion_ros.messages import ScalarCodec, numeric_fields
+from fuzzy_fusion_ros.messages.units import unit_of
+from fuzzy_fusion_ros.offline.raw import RawSamples, Source, read_raw
+from fuzzy_fusion_ros.offline.recording import Progress
+from fuzzy_fusion_ros.offline.topics import Topics, codecs_of
+from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+
+SENSORS = ("s1", "s2")
+
+MOST_NUMBERS = 2_000_000
+"""Numbers that a survey reads; of longer bags, every so many messages."""
+
+FEWEST_MESSAGES = 500
+"""Messages of each topic that a survey reads at least, however many numbers are in them."""
+
+FIRST_MESSAGES = 100_000
+"""Topics that have none among so many messages of the bag are left out of a survey."""
+
+MOST_ELEMENTS = 64
+"""Longer arrays are images and clouds of points rather than sensors; a survey leaves them out."""
+
+WARNED_MESSAGES = 100_000
+"""Messages of S1 and S2 that are checked where a check is a by-product: some 0.5 s of work."""
+
+FARTHEST_STAMP = 1.0
+"""Where stamps are further than this many seconds from the log, a survey goes by the log."""
+
+
+def check_bag(
+    bag: BagReader,
+    topics: Topics,
+    parameters: Parameters,
+    start_s: float | None = None,
+    end_s: float | None = None,
+    progress: Progress = lambda messages: messages,
+) -> Check:
+    """Check the two sensors of a bag.
+
+    Args:
+        bag: The bag; S1 and S2 must be in it.
+        topics: Where they are.
+        parameters: Fields of S1 and S2 that ``topics`` lacks.
+        start_s: Where to begin, seconds from the bag's first message.
+        end_s: Where to end, before this.
+        progress: Passes the messages on.
+
+    Raises:
+        BagError: S1 or S2 is not in the bag, or neither has a message in the span.
+        MessageError: A field is not in its type.
+    """
+    bag.require_topics(topics.s1, topics.s2)
+    bag.require_messages_from(start_s)
+    names = topics.by_role()
+    codecs = codecs_of(bag, topics, parameters, SENSORS)
+    sources = {name: Source(names[name], codecs[name]) for name in SENSORS}
+    raw = read_raw(bag, sources, start_s, end_s, progress)
+    if not any(each.values.size for each in raw.values()):
+        raise BagError(
+            f"bag {str(bag.path)!r}: no message of {topics.s1} or {topics.s2} in this span can be "
+            "read"
+        )
+    s1, s2 = (_samples(name, sources[name], raw[name]) for name in SENSORS)
+    return check(TwoSensors(s1, s2, bag.start_ns or 0))
+
+
+def warnings_of(
+    bag: BagReader,
+    topics: Topics,
+    parameters: Parameters,
+    start_s: float | None = None,
+    end_s: float | None = None,
+) -> tuple[str, ...]:
+    """Return what a check of the two sensors warns of, a line each, for replay, score and tune.
+
+    Args:
+        bag: The bag; S1 and S2 must be in it.
+        topics: Where they are.
+        parameters: As :func:`check_bag` takes them.
+        start_s: Where to begin, seconds from the bag's first message.
+        end_s: Where to end, before this.
+
+    Raises:
+        BagError: As :func:`check_bag` raises it.
+        MessageError: A field is not in its type.
+    """
+    found = check_bag(
+        bag, topics, parameters, start_s, end_s, lambda messages: islice(messages, WARNED_MESSAGES)
+    )
+    return tuple(f"WARN {each}" for each in warnings(found))
+
+
+def _samples(name: str, source: Source, raw: RawSamples) -> SensorSamples:
+    codec = source.codec
+    return SensorSamples(
+        name=name,
+        topic=source.topic,
+        field=codec.field.text,
+        unit=unit_of(codec.type_name, codec.field.text),
+        is_stamped=codec.is_stamped,
+        stamps_ns=raw.stamps_ns,
+        overflows=raw.overflows,
+        arrivals_ns=raw.log_ns,
+        values=raw.values,
+    )
+
+
+def survey_bag(
+    bag: BagReader,
+    start_s: float | None = None,
+    end_s: float | None = None,
+    progress: Progress = lambda messages: messages,
+) -> list[Together]:
+    """Return which numbers in a bag move together, the surest first.
+
+    Args:
+        bag: The bag.
+        start_s: Where to begin, seconds from the bag's first message.
+        end_s: Where to end, before this.
+        progress: Passes the messages on.
+    """
+    bag.require_messages_from(start_s)
+    sources = _sources(bag)
+    raw = read_raw(bag, sources, start_s, end_s, progress, _strides(bag, sources.values()))
+    return survey(list(_fields(sources, raw, bag.start_ns or 0)))
+
+
+def _sources(bag: BagReader) -> dict[str, Source]:
+    """Return where all numbers of a bag are, variances and long arrays left out."""
+    found = {}
+    for topic, data in _first_messages(bag).items():
+        for codec in _codecs(bag, bag.topics[topic].msgtype, data):
+            found[f"{topic} {codec.field.text}"] = Source(topic, codec)
+    return found
+
+
+def _first_messages(bag: BagReader) -> dict[str, bytes]:
+    """Return the first message of each topic that has one among the first of the bag."""
+    found: dict[str, bytes] = {}
+    for message in islice(bag.messages(), FIRST_MESSAGES):
+        found.setdefault(message.topic, message.data)
+        if len(found) == len(bag.topics):
+            break
+    return found
+
+
+def _codecs(bag: BagReader, msgtype: str, data: bytes) -> Iterator[ScalarCodec]:
+    """Yield what reads the numbers of a type, each element of a short array by itself."""
+    try:
+        paths = numeric_fields(bag.types, msgtype)
+    except MessageError:
+        return
+    for path in paths:
+        if "variance" in path.lower() or "=" in path:
+            continue
+        if "[0]" not in path:
+            yield ScalarCodec(bag.types, msgtype, path)
+            continue
+        elements = [path.replace("[0]", f"[{k}]", 1) for k in range(MOST_ELEMENTS + 1)]
+        codecs = list(takewhile(lambda each: _reads(each, data), _readers(bag, msgtype, elements)))
+        if len(codecs) <= MOST_ELEMENTS:
+            yield from codecs
+
+
+def _readers(bag: BagReader, msgtype: str, paths: Sequence[str]) -> Iterator[ScalarCodec]:
+    for path in paths:
+        try:
+            yield ScalarCodec(bag.types, msgtype, path)
+        except MessageError:  # beyond the bound of the array
+            return
+
+
+def _reads(codec: ScalarCodec, data: bytes) -> bool:
+    try:
+        codec.sample(data, 0)
+    except MessageError:
+        return False
+    return True
+
+
+def _strides(bag: BagReader, sources: Iterable[Source]) -> dict[str, int]:
+    """Return of each topic, every how many messages one is read."""
+    numbers = Counter(each.topic for each in sources)
+    counts = {topic: bag.topics[topic].message_count or 0 for topic in numbers}
+    total = sum(numbers[topic] * count for topic, count in counts.items())
+    every = -(-total // MOST_NUMBERS)
+    return {topic: max(1, min(every, count // FEWEST_MESSAGES)) for topic, count in counts.items()}
+
+
+def _fields(
+    sources: Mapping[str, Source], raw: Mapping[str, RawSamples], start_ns: int
+) -> Iterator[Field]:
+    """Yield the fields that can be surveyed."""
+    for name, source in sources.items():
+        samples = raw[name]
+        finite = np.isfinite(samples.values)
+        if not finite.any():
+            continue
+        apart = np.abs(samples.log_ns - samples.stamps_ns) * 1e-9
+        times_ns = samples.stamps_ns if np.median(apart) <= FARTHEST_STAMP else samples.log_ns
+        values = samples.values[finite]
+        codec = source.codec
+        yield Field(
+            source.topic,
+            codec.field.text,
+            unit_of(codec.type_name, codec.field.text),
+            motion_of(
+                seconds_since(start_ns, times_ns[finite]),
+                wrap_of(values).unwrapped(values),
+            ),
+        )

@@ -1,0 +1,101 @@
+"""The command check."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bag.recorded import Scalar, swing, write_scalars
+from checking.standins import pair
+
+from fuzzy_fusion_ros.cli.check import main
+
+
+def write_pair(path: Path, fault: str, s1: str = "/s1", s2: str = "/s2") -> Path:
+    """Write made-up sensors as a bag."""
+    sensors = pair("four sines", fault, 3)
+    scalars = [
+        Scalar(topic, float(stamp_s), float(value), float(arrival_s))
+        for topic, track in ((s1, sensors.s1), (s2, sensors.s2))
+        for stamp_s, arrival_s, value in zip(
+            track.stamp_s,
+            np.maximum.accumulate(track.arrival_s),  # in order
+            track.values,
+            strict=True,
+        )
+    ]
+    return write_scalars(path, sorted(scalars, key=lambda each: each.log_s or 0.0))
+
+
+def test_nothing_is_wrong(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = write_pair(tmp_path / "bag", "none", "/fast", "/slow")
+    assert main([str(path), "--s1", "/fast", "--s2", "/slow"]) == 0
+    out, said = capsys.readouterr()
+    assert said == ""
+    assert out.startswith("s1 is /fast point.x\ns2 is /slow point.x\n")
+    assert out.endswith("\n\nnothing is wrong\n")
+
+
+@pytest.mark.parametrize(
+    ("fault", "line"),
+    [
+        ("negated", "s1.scale: -1"),
+        ("scale 57.3", "s1.scale: 0.01745329"),
+        ("s2 5 s behind", "s2's stamps are 5.0 s behind s1's"),
+        ("s1 is the rate", "s1.kind: rate"),
+    ],
+)
+def test_what_is_wrong_is_named_and_gives_status_1(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], fault: str, line: str
+) -> None:
+    path = write_pair(tmp_path / "bag", fault)
+    assert main([str(path), "--json", str(tmp_path / "found.json")]) == 1
+    out, _ = capsys.readouterr()
+    assert line in " ".join(out.split())
+    assert max(map(len, out.splitlines())) <= 80
+    document = json.loads((tmp_path / "found.json").read_text())
+    assert [each["level"] for each in document["check"]["findings"]] == ["error"]
+
+
+def test_without_topics_it_lists_what_moves_together(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = write_pair(tmp_path / "bag", "none", "/fast", "/slow")
+    assert main([str(path)]) == 0
+    out, _ = capsys.readouterr()
+    assert out.startswith("numbers that move together\n")
+    assert "/fast point.x, /slow point.x" in out
+
+
+def test_json_on_stdout_is_all_that_is_there(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = write_pair(tmp_path / "bag", "none")
+    assert main([str(path), "--json", "-"]) == 0
+    out, said = capsys.readouterr()
+    document = json.loads(out)
+    assert document["check"]["findings"] == []
+    assert document["together"][0]["s1"]["topic"] == "/s1"
+    assert "nothing is wrong" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (["--s2", "/other"], "has no topic '/other'"),
+        (["--s1", "/s2", "--field", "/s2=point.w"], "no field 'w'"),
+        (["--start", "100"], "no message from 100 s on"),
+        (["--json", "/"], "cannot be written"),
+    ],
+)
+def test_what_cannot_be_used_gives_status_2(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], problem: str
+) -> None:
+    path = write_scalars(tmp_path / "bag", swing(2.0))
+    assert main([str(path), *arguments]) == 2
+    out, said = capsys.readouterr()
+    assert out == ""
+    assert problem in said
+    assert len(said.splitlines()) == 1

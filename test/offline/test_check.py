@@ -1,0 +1,147 @@
+"""Checks and surveys of bags."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bag.making import STORE
+from bag.recorded import Scalar, at, message, write_scalars
+
+from fuzzy_fusion_ros.bag import BagWriter, open_bag
+from fuzzy_fusion_ros.checking.check import Check
+from fuzzy_fusion_ros.checking.survey import Together
+from fuzzy_fusion_ros.offline import check as module
+from fuzzy_fusion_ros.offline.check import check_bag, survey_bag
+from fuzzy_fusion_ros.offline.topics import Topics
+from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+
+BAGS = Path(__file__).resolve().parents[2] / "bags"
+
+
+def checked(path: Path, topics: Topics | None = None, **window: float) -> Check:
+    with open_bag(path) as bag:
+        return check_bag(bag, topics or Topics(), Parameters(), **window)
+
+
+def surveyed(path: Path) -> list[Together]:
+    with open_bag(path) as bag:
+        return survey_bag(bag)
+
+
+def motion(time_s: float) -> float:
+    return math.sin(time_s) + math.sin(2.3 * time_s + 1.0)
+
+
+def scalars(sign: float = 1.0, behind: float = 0.0) -> list[Scalar]:
+    """Make S1 at 50 Hz and S2 at 10 Hz, 0.2 s late."""
+    found = []
+    for k in range(1500):
+        time_s = 0.02 * k
+        found.append(Scalar("/s1", time_s, sign * motion(time_s) + 0.01 * math.sin(k * k)))
+        if k % 5 == 0:
+            value = motion(time_s - 0.2) + 0.01 * math.cos(k * k)
+            found.append(Scalar("/s2", time_s - behind, value, log_s=time_s))
+    return found
+
+
+@pytest.mark.parametrize("bag", sorted(each.name for each in BAGS.iterdir() if each.is_dir()))
+def test_no_recording_of_ours_gives_a_warning(bag: str) -> None:
+    found = checked(BAGS / bag)
+    assert found.findings == ()
+    assert found.relation is not None
+    assert found.relation.correlation > 0.9
+
+
+def test_what_is_wrong_with_a_bag(tmp_path: Path) -> None:
+    path = write_scalars(tmp_path / "bag", scalars(sign=-1.0, behind=5.0))
+    found = checked(path)
+    assert {each.about for each in found.findings} == {"sign", "clock offset"}
+    assert found.characters["s1"].source == "/s1 point.x"
+    assert found.characters["s1"].samples == 1500
+
+
+def test_a_span_of_a_bag(tmp_path: Path) -> None:
+    path = write_scalars(tmp_path / "bag", scalars())
+    found = checked(path, start_s=10.0, end_s=20.0)
+    assert found.characters["s1"].samples == 500
+
+
+def test_topics_and_fields_that_are_not_there(tmp_path: Path) -> None:
+    path = write_scalars(tmp_path / "bag", scalars())
+    with pytest.raises(BagError, match="/other"):
+        checked(path, Topics(s2="/other"))
+    with pytest.raises(MessageError, match="no field 'data'"):
+        checked(path, Topics(fields={"s1": "data"}))
+
+
+def test_one_topic_for_both(tmp_path: Path) -> None:
+    path = write_scalars(tmp_path / "bag", scalars())
+    (finding,) = checked(path, Topics(s2="/s1")).findings
+    assert finding.about == "same topic"
+    other = checked(path, Topics(s2="/s1", fields={"s2": "point.y"}))
+    assert "same topic" not in {each.about for each in other.findings}
+
+
+def write_joints(path: Path, elements: int) -> None:
+    """Write joints, one of which another topic follows, 0.3 s later and in degrees."""
+    joint_state = STORE.types["sensor_msgs/msg/JointState"]
+    header, time = STORE.types["std_msgs/msg/Header"], STORE.types["builtin_interfaces/msg/Time"]
+    generator = np.random.default_rng(0)
+    kernel = np.exp(-np.arange(60) / 12.0)
+    walks = [np.convolve(generator.normal(size=1859), kernel, "valid") for _ in range(elements)]
+    with BagWriter(path) as writer:
+        for k in range(1800):
+            stamp = header(time(*divmod(at(0.02 * k), 10**9)), "base")
+            position = np.array([each[k] for each in walks])
+            joints = joint_state(
+                stamp, [f"joint{j}" for j in range(elements)], position, np.ones(2), np.empty(0)
+            )
+            data = bytes(STORE.serialize_cdr(joints, "sensor_msgs/msg/JointState"))
+            writer.write("/joints", "sensor_msgs/msg/JointState", at(0.02 * k), data)
+            if k % 5 == 0 and k >= 15:
+                value = 57.3 * float(walks[min(3, elements - 1)][k - 15])
+                writer.write(*message(Scalar("/angle", 0.02 * k, value)))
+
+
+def test_elements_of_short_arrays_are_surveyed(tmp_path: Path) -> None:
+    write_joints(tmp_path / "bag", 5)
+    (found,) = surveyed(tmp_path / "bag")
+    assert (found.s1.topic, found.s1.path) == ("/joints", "position[3]")
+    assert (found.s2.topic, found.s2.path) == ("/angle", "point.x")
+    assert found.relation.lag == pytest.approx(0.3, abs=0.05)
+    assert found.relation.middle_scale == pytest.approx(57.3, rel=0.05)
+
+
+def test_long_arrays_are_left_out_of_a_survey(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "MOST_ELEMENTS", 4)
+    write_joints(tmp_path / "bag", 5)
+    assert surveyed(tmp_path / "bag") == []
+
+
+def test_of_a_long_bag_every_so_many_messages_are_surveyed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "MOST_NUMBERS", 2000)
+    monkeypatch.setattr(module, "FEWEST_MESSAGES", 100)
+    write_joints(tmp_path / "bag", 5)
+    (found,) = surveyed(tmp_path / "bag")
+    assert found.s1.motion.values.size == 258  # one message in seven
+    assert found.relation.lag == pytest.approx(0.3, abs=0.1)
+
+
+def test_a_survey_of_our_recordings() -> None:
+    pairs = {(each.s1.topic, each.s2.topic) for each in surveyed(BAGS / "nominal")}
+    assert ("/s1", "/s2") in pairs
+    assert ("/truth", "/estimate") in pairs
+
+
+def test_a_survey_goes_by_the_log_where_stamps_are_off(tmp_path: Path) -> None:
+    path = write_scalars(tmp_path / "bag", scalars(behind=5.0))
+    (found,) = surveyed(path)
+    assert found.relation.lag == pytest.approx(0.2, abs=0.05)
