@@ -1,6 +1,7 @@
 """The executables: each file parses the arguments, calls one function and returns the status."""
 
 COMMANDS = {
+    "check": "what is wrong with two sensors of a bag",
     "demo": "a real drive scored; a pendulum balanced over DDS",
     "fusion_node": "fuse two topics into one, online",
     "pendulum_node": "simulate the paper's pendulum, balanced on the estimate",

@@ -11,21 +11,22 @@ topics and types are; /s1 and /s2 are checked then only if the bag has them.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import BARS
-from fuzzy_fusion_ros.cli.status import DONE, FAILED, command, say
-from fuzzy_fusion_ros.jobs.outputs import require_writable
+from fuzzy_fusion_ros.cli.status import DONE, FAILED, command, say, show
+from fuzzy_fusion_ros.jobs.outputs import require_no_input, require_writable
 from fuzzy_fusion_ros.offline.topics import Topics
+from fuzzy_fusion_ros.parameters.arguments import Parser
 
 
 @command("check")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Check a bag; return whether nothing is wrong."""
-    given = _parser().parse_args(arguments)
+    given = command_line().parse_args(arguments)
     topics, window = options.topics_of(given), options.window_of(given)
+    require_no_input([given.json], [given.bag, given.params])
     require_writable(given.json)
     from fuzzy_fusion_ros.jobs.check import check  # after parsing: takes time to import
 
@@ -38,14 +39,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     for note in result.notes:
         say("check", f"{given.bag}: {note}")
-    print(result.report(), file=sys.stderr if given.json == "-" else sys.stdout)
+    show(result.report(), on_stderr=given.json == "-")
     if given.json:
         options.write_json(result.as_json(), given.json)
     return DONE if result.is_fine else FAILED
 
 
-def _parser() -> options.Parser:
-    parser = options.Parser("check", __doc__)
+def command_line() -> Parser:
+    """Return the parser of its arguments."""
+    parser = Parser("check", __doc__)
     parser.add_argument("bag", metavar="BAG", help="rosbag2 directory or .mcap file")
     options.add_params(parser)
     options.add_topics(parser)

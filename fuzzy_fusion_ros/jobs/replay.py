@@ -9,6 +9,7 @@ from fuzzy_fusion_ros.bag import open_bag
 from fuzzy_fusion_ros.jobs.parameter_file import Source, fusion_parameters
 from fuzzy_fusion_ros.jobs.progress import SILENT, Progress
 from fuzzy_fusion_ros.offline import replay as offline
+from fuzzy_fusion_ros.offline.check import warnings_of
 from fuzzy_fusion_ros.offline.replay import Replayed
 from fuzzy_fusion_ros.offline.topics import Topics, explanation_prefix
 
@@ -48,16 +49,19 @@ def replay(
     Raises:
         FusionError: The bag, the parameters or the output cannot be used.
     """
+    base, wanted = fusion_parameters(parameters), topics or Topics()
     with open_bag(bag) as reader:
-        return offline.replay(
+        replayed = offline.replay(
             reader,
             output,
-            topics or Topics(),
-            fusion_parameters(parameters),
+            wanted,
+            base,
             start,
             end,
             lambda messages: progress.over(messages, "replay", reader.message_count, " messages"),
         )
+        found = warnings_of(reader, wanted, base, start, end)
+    return replayed._replace(notes=(*replayed.notes, *found))
 
 
 def play(

@@ -14,6 +14,7 @@ from fuzzy_fusion_ros.jobs import parameter_file
 from fuzzy_fusion_ros.jobs.outputs import require_writable, writing
 from fuzzy_fusion_ros.jobs.parameter_file import Source, fusion_parameters
 from fuzzy_fusion_ros.jobs.progress import SILENT, Progress
+from fuzzy_fusion_ros.offline.check import warnings_of
 from fuzzy_fusion_ros.offline.recording import Recording, read_recording
 from fuzzy_fusion_ros.offline.topics import Topics, codecs_of
 from fuzzy_fusion_ros.parameters.fusion import Parameters
@@ -113,6 +114,8 @@ def tune(
             end,
             lambda messages: progress.over(messages, f"reading {Path(bag).name}", unit=" messages"),
         )
+        found = warnings_of(reader, wanted, base, start, end)
+        recording = recording._replace(notes=(*recording.notes, *found))
     truth = _truth(recording) if use_truth and recording.truth.stamps_ns.size else None
     with progress.counted("tuning", " runs") as advance:
         tuned = fit(recording.series, truth, base, seed, progress=advance)

@@ -6,9 +6,11 @@ from typing import Any
 
 from std_srvs.srv import SetBool, Trigger
 
+from fuzzy_fusion_ros.messages.units import signal_unit
 from fuzzy_fusion_ros.nodes.estimates import EstimateOutput
 from fuzzy_fusion_ros.nodes.fusion_report import FusionReport
 from fuzzy_fusion_ros.nodes.rule_report import RuleReport
+from fuzzy_fusion_ros.nodes.self_check import SelfCheck
 from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
 from fuzzy_fusion_ros.nodes.sensor_report import SensorReport
 from fuzzy_fusion_ros.online.fusion import Fusion
@@ -42,9 +44,11 @@ class FusionNode(ConfiguredNode[Parameters]):
         guards = self._fusion.s1, self._fusion.s2
         self._s1 = SensorInput(self, self._time, "s1", parameters.s1, guards[0], self._on_s1)
         self._s2 = SensorInput(self, self._time, "s2", parameters.s2, guards[1], self._on_s2)
+        signal_unit(self._s1.codec, self._s2.codec, parameters.signal.unit)
         self._output = EstimateOutput(parameters.estimate, self._s2.codec)
         self._rules = RuleReport()
         self._report = FusionReport(self.log)
+        self._check = SelfCheck(self.log, self._s1, self._s2, parameters.signal.unit)
         self._s1_report = SensorReport("s1", self._s1, self)
         self._s2_report = SensorReport("s2", self._s2, self)
         self._diagnostics = Diagnostics(self, self._time, self._reports)
@@ -66,6 +70,7 @@ class FusionNode(ConfiguredNode[Parameters]):
     def _on_s1(self, data: bytes) -> None:
         received = self._s1.receive(data)
         if received is not None:
+            self._check.s1.add(received.sample.stamp_ns, received.now_ns, received.sample.value)
             verdict = self._fusion.on_s1(received.sample, received.now_ns)
             if verdict.admitted:
                 self._s1.admitted()
@@ -74,6 +79,7 @@ class FusionNode(ConfiguredNode[Parameters]):
     def _on_s2(self, data: bytes) -> None:
         received = self._s2.receive(data)
         if received is not None:
+            self._check.s2.add(received.sample.stamp_ns, received.now_ns, received.sample.value)
             verdict = self._fusion.on_s2(received.sample, received.now_ns)
             if verdict.admitted:
                 self._s2.admitted()
@@ -84,6 +90,7 @@ class FusionNode(ConfiguredNode[Parameters]):
 
     def _publish(self, verdict: Verdict, log_ns: int) -> None:
         if verdict.restarted:
+            self._check.restart()
             self.log.warning("timestamps jumped back: state cleared, restarting")
         for fused in verdict.estimates:
             self._rules.record.see(fused)
@@ -104,6 +111,7 @@ class FusionNode(ConfiguredNode[Parameters]):
             self._s1_report.report(s1_timeout),
             self._s2_report.report(s2_timeout),
             *self._rules.reports(parameters),
+            self._check.report(),
         ]
 
     def _on_jump_back(self, back_ns: int) -> None:

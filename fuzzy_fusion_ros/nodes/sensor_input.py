@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from fuzzy_fusion_ros.core.numerics import seconds_between
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages import InstalledTypes, ScalarCodec
+from fuzzy_fusion_ros.messages.units import unit_of
 from fuzzy_fusion_ros.online.guard import Drop, Guard
 from fuzzy_fusion_ros.parameters.errors import MessageError
 from fuzzy_fusion_ros.parameters.fusion import SensorParameters
@@ -75,8 +76,11 @@ class SensorInput:
         node.recorder.add(self.subscription.topic, self.codec.type_name, profile)
 
     def described(self) -> str:
-        """Return topic, field and type in words."""
-        return f"{self.subscription.topic}, {self.codec.field.text} of {self.codec.type_name}"
+        """Return topic, field, type and, if it is known, unit in words."""
+        field, type_name = self.codec.field.text, self.codec.type_name
+        unit = unit_of(type_name, field)
+        measured = f" in {unit}" if unit else ""
+        return f"{self.subscription.topic}, {field} of {type_name}{measured}"
 
     def receive(self, data: bytes) -> Received | None:
         """Read and record a message; ``None`` if it cannot be read, which is counted."""

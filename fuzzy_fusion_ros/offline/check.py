@@ -172,7 +172,7 @@ def _codecs(bag: BagReader, msgtype: str, data: bytes) -> Iterator[ScalarCodec]:
         if "variance" in path.lower() or "=" in path:
             continue
         if "[0]" not in path:
-            yield ScalarCodec(bag.types, msgtype, path)
+            yield from _readers(bag, msgtype, [path])
             continue
         elements = [path.replace("[0]", f"[{k}]", 1) for k in range(MOST_ELEMENTS + 1)]
         codecs = list(takewhile(lambda each: _reads(each, data), _readers(bag, msgtype, elements)))
@@ -184,7 +184,7 @@ def _readers(bag: BagReader, msgtype: str, paths: Sequence[str]) -> Iterator[Sca
     for path in paths:
         try:
             yield ScalarCodec(bag.types, msgtype, path)
-        except MessageError:  # beyond the bound of the array
+        except MessageError:  # beyond the bound of the array, or a type too large to be read
             return
 
 

@@ -15,7 +15,8 @@ from fuzzy_fusion_ros.batch.series import Series
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages import ScalarCodec
 from fuzzy_fusion_ros.messages.outputs import EXPLANATION, RULES, STRENGTHS
-from fuzzy_fusion_ros.offline.topics import Topics, codec_of, codecs_of, explanation_prefix, unit_of
+from fuzzy_fusion_ros.messages.units import signal_unit
+from fuzzy_fusion_ros.offline.topics import Topics, codec_of, codecs_of, explanation_prefix
 from fuzzy_fusion_ros.online.guard import Drop, Guard
 from fuzzy_fusion_ros.online.intake import Intake
 from fuzzy_fusion_ros.online.ticks import Ticks
@@ -98,6 +99,7 @@ def read_recording(
     intake, steps = Intake(parameters), _Steps()
     timer = Ticks(parameters)
     codecs = codecs_of(bag, topics, parameters)
+    unit = signal_unit(codecs["s1"], codecs["s2"], parameters.signal.unit)
     readers = {
         "s1": _Reader(topics.s1, codecs["s1"], intake.s1, intake.on_s1),
         "s2": _Reader(topics.s2, codecs["s2"], intake.s2, intake.on_s2),
@@ -141,7 +143,7 @@ def read_recording(
         truth=readers["truth"].track() if "truth" in readers else _track([]),
         series=steps.series(intake.s1.first_ns),
         start_ns=bag.start_ns or 0,
-        unit=unit_of(bag.topics[topics.s2].msgtype, codecs["s2"].field.text),
+        unit=unit,
         notes=(*notes, *bag.problems),
     )
 

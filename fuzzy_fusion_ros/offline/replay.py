@@ -21,6 +21,7 @@ from fuzzy_fusion_ros.messages.outputs import (
     explain,
     point_template,
 )
+from fuzzy_fusion_ros.messages.units import signal_unit
 from fuzzy_fusion_ros.offline.recording import Progress, count_drops
 from fuzzy_fusion_ros.offline.topics import Topics, codecs_of, explanation_prefix
 from fuzzy_fusion_ros.online.fusion import Fusion
@@ -156,6 +157,7 @@ class _Station:
         self._bag = bag
         self._topics = topics
         self._codecs = codecs_of(bag, topics, parameters, ("s1", "s2"))
+        signal_unit(self._codecs["s1"], self._codecs["s2"], parameters.signal.unit)
         self._fusion = Fusion(parameters)
         self._ticks = Ticks(parameters)
         self._point = point_template(bag.types)

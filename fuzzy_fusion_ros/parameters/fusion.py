@@ -159,6 +159,15 @@ class SlowSensorParameters(SensorParameters):
 
 
 @dataclass(frozen=True)
+class SignalParameters(Group):
+    """The quantity that both sensors measure."""
+
+    unit: str = text(
+        "", "unit of the signal; empty for that of the message types, which must then be one"
+    )
+
+
+@dataclass(frozen=True)
 class EstimateParameters(Group):
     """The output message; both empty: a copy of S2's latest."""
 
@@ -172,6 +181,7 @@ class Parameters(Group):
 
     s1: FastSensorParameters = group(FastSensorParameters())
     s2: SlowSensorParameters = group(SlowSensorParameters())
+    signal: SignalParameters = group(SignalParameters())
     estimate: EstimateParameters = group(EstimateParameters())
     trigger: str = text(
         "s1",

@@ -14,6 +14,7 @@ from fuzzy_fusion_ros.batch.arrays import Flags, Reals, Stamps
 from fuzzy_fusion_ros.batch.series import WORTH_COMPILING, Series, Trace, fusion, run
 from fuzzy_fusion_ros.core.estimator import S2_ONLY, WAITING
 from fuzzy_fusion_ros.messages.outputs import RULES
+from fuzzy_fusion_ros.offline.check import warnings_of
 from fuzzy_fusion_ros.offline.recording import (
     Progress,
     Recording,
@@ -122,6 +123,8 @@ def score_bag(
         recording = read_recording(bag, topics, parameters, None, end_s, progress)
         if start_s is not None and _ends_before(recording, start_s):  # time jumped back before
             recording = read_recording(bag, topics, parameters, start_s, end_s, progress)
+        found = warnings_of(bag, topics, parameters, start_s, end_s)
+        recording = recording._replace(notes=(*recording.notes, *found))
         behind = read_explanation(bag, topics, start_s, end_s)
     return score(recording, parameters, baselines, behind, start_s)
 

@@ -170,13 +170,13 @@ def test_every_part_and_value_is_documented(harness: Harness, diagnostics: Diagn
     rows = page.partition("## Diagnostics")[2].partition("\n## ")[0]
     harness.fusion_node()
     harness.add(SensorSubscriber)
-    for name in ("fusion", "s1", "s2", "rules", "gate", "input"):
+    for name in ("fusion", "s1", "s2", "rules", "gate", "check", "input"):
         node = "sensor_subscriber" if name == "input" else "fusion_node"
         (row,) = (line for line in rows.splitlines() if f"`{name}`" in line.split(" | ")[0])
         for value in diagnostics.next(f"{node}: {name}").values:
             counted = value.startswith(("dropped: ", "lost: "))
             assert f"`{value}`" in (page if counted else row)
-    assert len(diagnostics.names) == 6
+    assert len(diagnostics.names) == 7
 
 
 def test_sensors_that_stay_apart_are_said_by_the_node(

@@ -287,6 +287,10 @@ REFUSED = {
     "no such field": ({"s1.field": "point.w"}, "choose one of: point.x, point.y, point.z"),
     "no number": ({"s2.field": "header.frame_id"}, "no number; choose one of: point.x"),
     "no default": ({"s1.type": "sensor_msgs/msg/Imu"}, "no default field; choose one of: ori"),
+    "two units": (
+        {"s1.type": "sensor_msgs/msg/FluidPressure", "s2.type": "sensor_msgs/msg/Range"},
+        "s1 is in Pa (fluid_pressure of sensor_msgs/msg/FluidPressure), s2 is in m (range of",
+    ),
     "of the estimate": ({"estimate.type": "std_msgs/msg/String"}, "holds no number at all"),
 }
 

@@ -1,0 +1,64 @@
+"""What a node finds wrong with its sensors, in the words of ``check``."""
+
+from __future__ import annotations
+
+from rclpy.impl.rcutils_logger import RcutilsLogger
+
+from fuzzy_fusion_ros.checking.finding import Finding
+from fuzzy_fusion_ros.checking.recent import Stream, check_recent, warnings
+from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
+from fuzzy_fusion_ros.ros.diagnostics import Level, Report, Summary
+
+FIRST = 10
+"""Reports before the first check, that is seconds: motion takes time."""
+
+LONGEST = 60
+"""Reports between two checks in the end; at first they are twice as far apart each time."""
+
+
+class SelfCheck:
+    """Checks the most recent samples now and then, and reports what two checks in a row find.
+
+    Attributes:
+        s1: Where samples of S1 go.
+        s2: Where samples of S2 go.
+    """
+
+    def __init__(self, log: RcutilsLogger, s1: SensorInput, s2: SensorInput, unit: str) -> None:
+        """Start without samples.
+
+        Args:
+            log: Where each finding is said once, until it is gone.
+            s1: The input of S1.
+            s2: The input of S2.
+            unit: Unit of the signal; empty for those of the types.
+        """
+        self.s1 = Stream("s1", s1.subscription.topic, s1.codec, unit)
+        self.s2 = Stream("s2", s2.subscription.topic, s2.codec, unit)
+        self._log = log
+        self._reports = 0
+        self._due = FIRST
+        self._last: dict[str, Finding] = {}
+        self._said: dict[str, Finding] = {}
+
+    def restart(self) -> None:
+        """Forget all samples: timestamps or the clock have jumped."""
+        self.s1.restart()
+        self.s2.restart()
+
+    def report(self) -> Report:
+        """Report what is wrong; check if it is time to."""
+        self._reports += 1
+        if self._reports >= self._due:
+            self._due = self._reports + min(self._reports, LONGEST)
+            self._check()
+        summaries = [Summary(Level.WARN, str(each)) for each in self._said.values()]
+        return Report("check", summaries or [Summary(Level.OK, "nothing is wrong")], {})
+
+    def _check(self) -> None:
+        found = {each.about: each for each in warnings(check_recent(self.s1, self.s2))}
+        lasting = {about: each for about, each in found.items() if about in self._last}
+        for about, each in lasting.items():
+            if about not in self._said:
+                self._log.warning(str(each))
+        self._last, self._said = found, lasting

@@ -1,0 +1,50 @@
+"""What replay, score and tune say of the sensors of a bag, in the words of check."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import pytest
+from bag.recorded import Scalar, swing, write_scalars
+from tuning.quick import be_quick
+
+from fuzzy_fusion_ros.cli import replay, score, tune
+
+SAID = "WARN s1 has the opposite sign of s2 (correlation -"
+COMMANDS: dict[str, tuple[Callable[[Sequence[str]], int], list[str]]] = {
+    "replay": (replay.main, ["--output", "new"]),
+    "score": (score.main, []),
+    "tune": (tune.main, ["--output", "new.yaml"]),
+}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_negated_sensor_is_named(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    command: str,
+    sign: float,
+) -> None:
+    be_quick(monkeypatch)
+    monkeypatch.chdir(tmp_path)
+    scalars = [
+        each._replace(value=sign * each.value) if each.topic == "/s1" else each for each in wavy()
+    ]
+    path = write_scalars(tmp_path / "bag", scalars)
+    main, options = COMMANDS[command]
+    assert main([str(path), *options]) == 0
+    said = [line for line in capsys.readouterr().err.splitlines() if "WARN" in line]
+    assert len(said) == (sign < 0.0)
+    assert all(SAID in line and line.endswith("; fix: s1.scale: -1") for line in said)
+
+
+def wavy() -> list[Scalar]:
+    """A swing that comes back several times."""
+    return [
+        each._replace(time_s=each.time_s + 5.0 * k, value=each.value * (1.0 + 0.3 * k * k % 1.7))
+        for k in range(6)
+        for each in swing(5.0)
+    ]
