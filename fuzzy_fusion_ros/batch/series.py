@@ -105,6 +105,7 @@ class Trace(NamedTuple):
         predicted: Whether there was a prediction.
         prediction: The prediction, 0 where there was none.
         accepted: Whether the gate let it count.
+        standard_deviation: Of the estimate's error, 0 where nothing is known.
     """
 
     stamp_ns: Stamps
@@ -117,6 +118,7 @@ class Trace(NamedTuple):
     predicted: Flags
     prediction: Reals
     accepted: Flags
+    standard_deviation: Reals
 
     def rows(self, chosen: Flags) -> Trace:
         """Return some of the rows, shape (n,) says which."""
@@ -170,6 +172,7 @@ def empty_trace(n: int) -> Trace:
         predicted=np.zeros(n, np.bool_),
         prediction=np.zeros(n),
         accepted=np.zeros(n, np.bool_),
+        standard_deviation=np.zeros(n),
     )
 
 
@@ -208,3 +211,4 @@ def write(trace: Trace, k: int, stamp_ns: int, estimate: Estimate) -> None:
     trace.predicted[k] = estimate.prediction.exists
     trace.prediction[k] = estimate.prediction.value
     trace.accepted[k] = estimate.accepted
+    trace.standard_deviation[k] = estimate.standard_deviation

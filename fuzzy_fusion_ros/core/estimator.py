@@ -17,8 +17,9 @@ from fuzzy_fusion_ros.core.aggregator import (
     single,
 )
 from fuzzy_fusion_ros.core.conditioning import FastSensor, condition, no_fast_sensor
+from fuzzy_fusion_ros.core.deviation import Evidence, deviation, no_evidence, weighed
 from fuzzy_fusion_ros.core.gate import NO_PREDICTION, Prediction, accepts, combine
-from fuzzy_fusion_ros.core.numerics import seconds_between
+from fuzzy_fusion_ros.core.numerics import bounded, seconds_between
 from fuzzy_fusion_ros.core.observer import (
     Belief,
     believe,
@@ -27,6 +28,7 @@ from fuzzy_fusion_ros.core.observer import (
     no_belief,
     observes,
     s2_decides,
+    variance_at,
 )
 from fuzzy_fusion_ros.core.predictor import Predictor, learn, prediction_at, untrained
 from fuzzy_fusion_ros.core.silence import S1_TIMEOUT, S2_TIMEOUT, timeout_for
@@ -46,11 +48,13 @@ class Sensors(NamedTuple):
         s1: S1, conditioned.
         s2: S2, held, and its rate.
         belief: What the observer believes; nothing while it is off.
+        evidence: How far S2 has lately been from what was expected of it.
     """
 
     s1: FastSensor
     s2: SlowSensor
     belief: Belief
+    evidence: Evidence
 
 
 class State(NamedTuple):
@@ -76,6 +80,7 @@ class Estimate(NamedTuple):
         aggregate: The aggregator's output with weight, drift and firing strengths.
         prediction: What the predictor had said for this step.
         accepted: Whether the gate let the prediction count.
+        standard_deviation: Of the estimate's error, unit of the signal; 0 where nothing is known.
     """
 
     mode: int
@@ -83,11 +88,12 @@ class Estimate(NamedTuple):
     aggregate: Aggregate
     prediction: Prediction
     accepted: bool
+    standard_deviation: float = 0.0
 
 
 def no_sensors() -> Sensors:
     """Return what is kept before any sample."""
-    return Sensors(no_fast_sensor(), no_slow_sensor(), no_belief())
+    return Sensors(no_fast_sensor(), no_slow_sensor(), no_belief(), no_evidence())
 
 
 def initial_state(parameters: Parameters) -> State:
@@ -129,7 +135,8 @@ def update(
     if mode != WAITING:
         learnt = learn(parameters.predictor, learnt, stamp_ns, final)
 
-    estimate = Estimate(mode, final, fa, prediction, accepted)
+    sure = standard_deviation(parameters, sensors, stamp_ns)
+    estimate = Estimate(mode, final, fa, prediction, accepted, sure)
     return estimate, State(sensors, learnt, started_ns)
 
 
@@ -145,12 +152,22 @@ def heard_s2(parameters: Parameters, kept: Sensors, stamp_ns: int, value: float)
         stamp_ns,
         value,
     )
-    s1, belief = kept.s1, kept.belief
-    longest = timeout_for(parameters.s1.timeout, S1_TIMEOUT, s1.interval)
-    is_fresh = belief.stamp_ns > 0 and seconds_between(s1.stamp_ns, stamp_ns) <= longest
-    if observes(parameters) and is_fresh:
-        belief, s1 = believe(parameters, belief, s1, s2)
-    return Sensors(s1, s2, belief)
+    sensors = Sensors(kept.s1, s2, kept.belief, kept.evidence)
+    longest = timeout_for(parameters.s1.timeout, S1_TIMEOUT, kept.s1.interval)
+    is_fresh = seconds_between(kept.s1.stamp_ns, stamp_ns) <= longest
+    if observes(parameters) and is_fresh and kept.belief.stamp_ns > 0:
+        return confronted(parameters, sensors)
+    if not observes(parameters) and is_fresh and kept.s1.stamp_ns > 0:
+        evidence = weighed(kept.evidence, 0.0, kept.s1.smooth.value - value, 1.0)
+        return Sensors(kept.s1, s2, kept.belief, evidence)
+    return sensors
+
+
+def confronted(parameters: Parameters, kept: Sensors) -> Sensors:
+    """Let the observer believe S2's newest sample, and learn from it how sure it may be."""
+    belief, s1 = believe(parameters, kept.belief, kept.s1, kept.s2)
+    evidence = weighed(kept.evidence, parameters.s2.noise, belief.innovation, belief.variance)
+    return Sensors(s1, kept.s2, belief, evidence)
 
 
 def fused(
@@ -165,38 +182,66 @@ def fused(
         stamp_ns: Stamp of the sample.
         value: The sample, finite.
     """
-    s2 = kept.s2
+    s2, evidence = kept.s2, kept.evidence
     decides = s2_decides(parameters, s2)
     s1 = condition(parameters.s1, kept.s1, s2.rate, decides, stamp_ns, value)
     if observes(parameters):
         belief = moved_on(parameters, kept.belief, kept.s1, s1, s2)
+        sensors = Sensors(s1, s2, belief, evidence)
         if mode == FUSED and belief.s2_ns != s2.stamp_ns:
-            belief, s1 = believe(parameters, belief, s1, s2)
-        fa = believed(belief, s1)
+            sensors = confronted(parameters, sensors)
+        fa = believed(sensors.belief, sensors.s1)
     else:
-        belief = no_belief()
+        sensors = Sensors(s1, s2, no_belief(), evidence)
         fa = single(s1.smooth.value, 1.0)
         if mode == FUSED:
             fa = aggregate(parameters.aggregator, s1.smooth.value, s2.value, s2.rate)
+            if evidence.samples == 0:  # S2 came before S1
+                evidence = weighed(evidence, 0.0, s1.smooth.value - s2.value, 1.0)
+                sensors = Sensors(s1, s2, sensors.belief, evidence)
     if mode != FUSED:
         fa = single(fa.value, 1.0)
-    return fa, Sensors(s1, s2, belief)
+    return fa, sensors
+
+
+def standard_deviation(parameters: Parameters, sensors: Sensors, stamp_ns: int) -> float:
+    """Return the standard deviation of an estimate at a sample of S1, unit of the signal.
+
+    Args:
+        parameters: All parameters, or their ``numbers``.
+        sensors: What is kept of the sensors, with the sample.
+        stamp_ns: Its stamp.
+    """
+    s2, evidence = sensors.s2, sensors.evidence
+    if evidence.samples == 0:
+        return 0.0
+    if observes(parameters):
+        variance = variance_at(parameters, sensors.belief, s2.interval, stamp_ns)
+    else:
+        age = seconds_between(s2.stamp_ns, stamp_ns)
+        variance = max(1.0, age / s2.interval) if s2.interval > 0.0 else 1.0
+    scale, floor = parameters.estimate.deviation_scale, parameters.s1.noise
+    return deviation(scale, floor, evidence, variance)
 
 
 def without_s1(parameters: Parameters, state: State, stamp_ns: int) -> Estimate:
     """Return S2 alone as the estimate, at a sample of S2 that has been observed: S1 is lost.
 
     Args:
-        parameters: All parameters; none of them matters here.
+        parameters: All parameters, or their ``numbers``.
         state: The state after the sample.
         stamp_ns: Its stamp, nanoseconds.
     """
+    s2, evidence = state.sensors.s2, state.sensors.evidence
+    late = abs(s2.rate) * (parameters.s2.lag_time_constant + parameters.s2.delay)
+    scale = parameters.estimate.deviation_scale
     return Estimate(
         mode=S2_ONLY,
         value=state.sensors.s2.value,
         aggregate=single(state.sensors.s2.value, 0.0),
         prediction=NO_PREDICTION,
         accepted=False,
+        standard_deviation=deviation(scale, bounded(late), evidence, 1.0),
     )
 
 

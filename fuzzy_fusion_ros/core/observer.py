@@ -245,6 +245,19 @@ def believed(kept: Belief, s1: FastSensor) -> Aggregate:
     return Aggregate(bounded(s1.smooth.value - kept.bias), kept.weight, kept.drift, kept.strengths)
 
 
+def variance_at(parameters: Parameters, kept: Belief, interval: float, stamp_ns: int) -> float:
+    """Return the variance of what is believed at a stamp, in units of S2's noise variance.
+
+    Args:
+        parameters: All parameters, or their ``numbers``.
+        kept: The belief.
+        interval: Usual time between samples of S2, seconds.
+        stamp_ns: The stamp, not before the belief's.
+    """
+    dt = max(seconds_between(kept.stamp_ns, stamp_ns), 0.0)
+    return walked(parameters, kept.covariance, interval, dt).cc
+
+
 def prior(parameters: Parameters) -> Covariance:
     """Return the covariance before S2 has spoken: ``bias_prior`` over S2's noise, squared.
 

@@ -21,9 +21,10 @@ JOINTS = "sensor_msgs/msg/JointState"
 RULES = tuple(f"difference_{d}_rate_{r}" for d in ("small", "large") for r in ("small", "large"))
 """Table 1's rules in its order, as they are named beside their firing strengths."""
 
+DEVIATION = "standard_deviation"
 STRENGTHS = "firing_strengths"
 EXPLANATION = {
-    **dict.fromkeys(("weight", "drift", "aggregate", "prediction", "innovation"), POINT),
+    **dict.fromkeys(("weight", "drift", "aggregate", "prediction", "innovation", DEVIATION), POINT),
     STRENGTHS: JOINTS,
 }
 """The topics below the node's own name, and their types."""
@@ -44,7 +45,8 @@ def explain(point: Template, fused: Fused) -> Iterator[tuple[str, bytes]]:
 
     Args:
         point: What :func:`point_template` returns.
-        fused: The estimate. Without a prediction its two topics are silent.
+        fused: The estimate. Without a prediction its two topics are silent, and so is the standard
+            deviation while nothing is known of it.
     """
     for name, value in scalars(fused.estimate).items():
         yield name, point.filled(value, fused.stamp_ns)
@@ -58,6 +60,8 @@ def scalars(estimate: Estimate) -> dict[str, float]:
     if prediction.exists:
         known["prediction"] = prediction.value
         known["innovation"] = aggregate.value - prediction.value
+    if estimate.standard_deviation > 0.0:
+        known[DEVIATION] = estimate.standard_deviation
     return known
 
 

@@ -14,7 +14,7 @@ from fuzzy_fusion_ros.batch.arrays import Reals, Stamps
 from fuzzy_fusion_ros.batch.series import Series
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages import ScalarCodec
-from fuzzy_fusion_ros.messages.outputs import EXPLANATION, RULES, STRENGTHS
+from fuzzy_fusion_ros.messages.outputs import DEVIATION, EXPLANATION, RULES, STRENGTHS
 from fuzzy_fusion_ros.messages.units import signal_unit
 from fuzzy_fusion_ros.offline.topics import Topics, codec_of, codecs_of, explanation_prefix
 from fuzzy_fusion_ros.online.guard import Drop, Guard
@@ -151,7 +151,7 @@ def read_recording(
 def read_explanation(
     bag: BagReader, topics: Topics, start_s: float | None = None, end_s: float | None = None
 ) -> dict[str, Track]:
-    """Return the weight, drift and firing strengths that a bag holds beside its estimates, by name.
+    """Return weight, drift, deviation and firing strengths that a bag holds, by name.
 
     Args:
         bag: The bag.
@@ -160,7 +160,7 @@ def read_explanation(
         end_s: Where to end, before this.
     """
     prefix = explanation_prefix(topics.found_in(bag).estimate)
-    fields = {name: (prefix + name, "") for name in ("weight", "drift")}
+    fields = {name: (prefix + name, "") for name in ("weight", "drift", DEVIATION)}
     fields |= {rule: (prefix + STRENGTHS, f"name={rule}:position") for rule in RULES}
     readers = {
         name: _alone(topic, codec_of(bag, topic, path), math.inf)

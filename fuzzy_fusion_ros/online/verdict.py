@@ -22,6 +22,11 @@ class Fused(NamedTuple):
     estimate: Estimate
     s2_message: bytes = b""
 
+    @property
+    def standard_deviation(self) -> float:
+        """Standard deviation of the estimate's error, unit of the signal; 0 while not known."""
+        return self.estimate.standard_deviation
+
 
 class Verdict(NamedTuple):
     """What became of a sample.

@@ -129,6 +129,9 @@ class FastSensorParameters(SensorParameters):
     lowpass_time_constant: float = real(
         0.0, "time constant of the low-pass on S1; 0 is off", unit="s", high=1e6
     )
+    noise: float = real(
+        0.0, "what of S1's noise comes through, a part of the standard deviation", unit="signal"
+    )
     bias_time_constant: float = real(
         0.0,
         "time constant with which S1's bias is learnt from S2 through its lag; 0 is off: "
@@ -169,10 +172,13 @@ class SignalParameters(Group):
 
 @dataclass(frozen=True)
 class EstimateParameters(Group):
-    """The output message; both empty: a copy of S2's latest."""
+    """The output message, a copy of S2's latest unless named, and how sure it is."""
 
     type: str = text("", "message type of the estimate; empty for S2's")
     field: str = text("", "path of the scalar in the estimate; empty for S2's or the type's own")
+    deviation_scale: float = real(
+        1.0, "factor of the standard deviation, which tune fits", high=1e6
+    )
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,10 @@ class ScoreError(FusionError):
     """There is nothing to score, or scores cannot be compared."""
 
 
+UNSURE: Reals = np.empty(0)
+"""No standard deviation at all."""
+
+
 class Matched(NamedTuple):
     """An estimate beside the truth.
 
@@ -38,11 +42,14 @@ class Matched(NamedTuple):
         time_s: Times, rising, shape (n,), seconds.
         estimate: The estimate, finite, shape (n,).
         truth: The truth, finite, shape (n,).
+        deviation: Standard deviation of the estimate as the filter has it, more than 0, shape
+            (n,); empty where it has none, and then not for :data:`SURENESS`.
     """
 
     time_s: Reals
     estimate: Reals
     truth: Reals
+    deviation: Reals = UNSURE
 
     @property
     def error(self) -> Reals:
@@ -76,7 +83,7 @@ def _checked(function: Callable[[Matched], float]) -> Callable[[Matched], float]
 
     @functools.wraps(function)
     def check(matched: Matched) -> float:
-        shapes = {array.shape for array in matched}
+        shapes = {array.shape for array in matched if array is not UNSURE}
         if len(shapes) != 1 or matched.time_s.ndim != 1:
             raise ScoreError(f"got arrays of shapes {sorted(shapes)}, expected three of one (n,)")
         if matched.time_s.size == 0:
@@ -202,6 +209,43 @@ METRICS: Mapping[str, Metric] = MappingProxyType(
         )
     }
 )
+
+
+@_checked
+def within_1sd(matched: Matched) -> float:
+    """Return the share of errors within one standard deviation: 0.68 if that is right."""
+    return _within(matched, 1.0)
+
+
+@_checked
+def within_2sd(matched: Matched) -> float:
+    """Return the share of errors within two standard deviations: 0.95 if they are right."""
+    return _within(matched, 2.0)
+
+
+@_checked
+def nll(matched: Matched) -> float:
+    """Return the mean negative log-likelihood of the errors, normal with those deviations."""
+    deviation = matched.deviation
+    scaled = matched.error / deviation
+    return float(np.mean(np.log(deviation) + 0.5 * scaled**2) + 0.5 * np.log(2.0 * np.pi))
+
+
+def _within(matched: Matched, factor: float) -> float:
+    return float(np.mean(np.abs(matched.error) <= factor * matched.deviation))
+
+
+SURENESS: Mapping[str, Metric] = MappingProxyType(
+    {
+        metric.name: metric
+        for metric in (
+            Metric("within_1sd", "", within_1sd, "share of errors within 1 standard deviation"),
+            Metric("within_2sd", "", within_2sd, "share of errors within 2"),
+            Metric("nll", "", nll, "mean negative log-likelihood of the errors"),
+        )
+    }
+)
+"""What says whether a filter's own standard deviation is right."""
 
 REPORTED = ("rmse", "mae", "iae", "itae", "max", "bias")
 """Those in the JSON of ``score``."""

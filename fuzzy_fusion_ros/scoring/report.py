@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Sequence
 
 from fuzzy_fusion_ros.online.mode_shares import in_words
-from fuzzy_fusion_ros.scoring.metrics import METRICS
+from fuzzy_fusion_ros.scoring.metrics import METRICS, SURENESS
 from fuzzy_fusion_ros.scoring.score import Score
 from fuzzy_fusion_ros.text.table import WIDTH, number_column, text_table
 from fuzzy_fusion_ros.text.visible import visible
@@ -22,10 +22,30 @@ def report(scores: Sequence[Score], metrics: Sequence[str] = tuple(METRICS)) -> 
         scores: The recordings.
         metrics: Names of the metrics to show.
     """
-    parts = [f"{summary(each)}\n{table(each, metrics)}" for each in scores]
+    parts = ["\n".join(_tables(each, metrics)) for each in scores]
     if len(scores) > 1:
         parts.append(f"RMSE, side by side\n{side_by_side(scores)}")
     return "\n\n".join(parts)
+
+
+def _tables(score: Score, metrics: Sequence[str]) -> list[str]:
+    tables = [summary(score), table(score, metrics)]
+    if score.deviations:
+        tables += ["how far their own standard deviations hold:", sureness(score)]
+    return tables
+
+
+def sureness(score: Score) -> str:
+    """Return how far errors are within the standard deviation of those that know theirs.
+
+    Args:
+        score: The recording.
+    """
+    rows = [("", *SURENESS)]
+    for name in score.deviations:
+        found = score.scores(name)
+        rows.append((name, *(f"{found[each]:.3g}" for each in SURENESS)))
+    return text_table(rows, align="l" + "r" * len(SURENESS))
 
 
 def summary(score: Score) -> str:

@@ -13,7 +13,7 @@ from fuzzy_fusion_ros.baselines import BaselineParameters, baselines_for, method
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals, Stamps
 from fuzzy_fusion_ros.batch.series import WORTH_COMPILING, Series, Trace, fusion, run
 from fuzzy_fusion_ros.core.estimator import S2_ONLY, WAITING
-from fuzzy_fusion_ros.messages.outputs import RULES
+from fuzzy_fusion_ros.messages.outputs import DEVIATION, RULES
 from fuzzy_fusion_ros.offline.check import warnings_of
 from fuzzy_fusion_ros.offline.recording import (
     Progress,
@@ -26,7 +26,13 @@ from fuzzy_fusion_ros.offline.topics import Topics
 from fuzzy_fusion_ros.online.mode_shares import shares_of
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.scoring.join import held, interpolated
-from fuzzy_fusion_ros.scoring.metrics import METRICS, REPORTED, Matched, ScoreError
+from fuzzy_fusion_ros.scoring.metrics import (
+    METRICS,
+    REPORTED,
+    SURENESS,
+    Matched,
+    ScoreError,
+)
 
 Fit = Callable[[Series, Reals, Flags], BaselineParameters]
 """Fits the baselines to a recording, its truth at each S1 sample, and where that counts."""
@@ -51,6 +57,8 @@ class Score(NamedTuple):
         time_s: Matched times, shape (n,), seconds from the bag's first message.
         truth: The truth at them, shape (n,).
         values: Every estimator's output at them by its name, shape (n,) each.
+        deviations: Standard deviation of those that know theirs, by name, shape (n,) each; 0 or
+            NaN where they do not.
         behind: What stands behind the estimate, where known: weight, drift and the strength at
             which each rule fires, by name.
         modes: The share of time in each mode of the fusion with these parameters, by name.
@@ -67,6 +75,7 @@ class Score(NamedTuple):
     time_s: Reals
     truth: Reals
     values: Mapping[str, Reals]
+    deviations: Mapping[str, Reals]
     behind: Mapping[str, Reals]
     modes: Mapping[str, float]
     notes: tuple[str, ...]
@@ -74,7 +83,12 @@ class Score(NamedTuple):
     def scores(self, estimator: str) -> dict[str, float]:
         """Return every metric of an estimator by its name."""
         matched = Matched(self.time_s, self.values[estimator], self.truth)
-        return {name: metric.function(matched) for name, metric in METRICS.items()}
+        found = {name: metric.function(matched) for name, metric in METRICS.items()}
+        if estimator in self.deviations:
+            deviation = self.deviations[estimator]
+            sure = Matched._make(each[deviation > 0.0] for each in (*matched[:3], deviation))
+            found |= {name: metric.function(sure) for name, metric in SURENESS.items()}
+        return found
 
     def as_json(self) -> dict[str, Any]:
         """Return what ``score --json`` writes; an unknown unit is null."""
@@ -88,7 +102,7 @@ class Score(NamedTuple):
 
     def _reported(self, estimator: str) -> dict[str, float]:
         scores = self.scores(estimator)
-        return {name: scores[name] for name in REPORTED}
+        return {name: scores[name] for name in (*REPORTED, *SURENESS) if name in scores}
 
 
 def score_bag(
@@ -163,10 +177,15 @@ def score(
     truth = interpolated(recording.truth, stamps_ns)
     used, origin = _baselines(recording, baselines, stamps_ns[np.isfinite(truth)])
     values = {"estimate": estimate.values}
+    deviations = {}
+    if DEVIATION in explanation:
+        known = explanation.pop(DEVIATION)
+        deviations["estimate"] = held(known.stamps_ns, known.values, stamps_ns)
     for name, method in methods(used).items():
         other = _rising(run(method, series, compile_from=WORTH_COMPILING))
         value = np.where(other.mode == WAITING, np.nan, other.value)
         values[name] = held(other.stamp_ns, value, stamps_ns)
+        deviations[name] = held(other.stamp_ns, other.standard_deviation, stamps_ns)
     usable = np.isfinite([truth, *values.values()]).all(axis=0)
     if not usable.any():
         raise ScoreError(_why_none(recording, estimate))
@@ -184,6 +203,9 @@ def score(
         time_s=log_s[0] + since_first,
         truth=truth[usable],
         values=matched,
+        deviations={
+            name: each[usable] for name, each in deviations.items() if (each[usable] > 0.0).any()
+        },
         behind={
             name: held(track.stamps_ns, track.values, stamps_ns[usable])
             for name, track in explanation.items()
@@ -249,11 +271,13 @@ def _computed(recording: Recording, trace: Trace) -> tuple[Track, dict[str, Trac
     def track(values: Reals) -> Track:
         return Track(trace.stamp_ns, values, log_ns)
 
-    explanation = {"weight": track(trace.weight), "drift": track(trace.drift)}
-    explanation |= {
-        name: track(column) for name, column in zip(RULES, trace.strengths.T, strict=True)
+    explanation = {
+        "weight": trace.weight,
+        "drift": trace.drift,
+        DEVIATION: trace.standard_deviation,
+        **dict(zip(RULES, trace.strengths.T, strict=True)),
     }
-    return track(trace.value), explanation
+    return track(trace.value), {name: track(each) for name, each in explanation.items()}
 
 
 def _rising(trace: Trace) -> Trace:

@@ -122,7 +122,12 @@ def _observer(name: str, sensors: Characteristics, lost: float, with_truth: bool
     usual = usual_bias_time(sensors)
     starts: Sequence[Mapping[str, float]] = (
         {},
-        {"s1.lowpass_time_constant": 30.0 * sensors.s1_interval, bias: 10.0 * usual},
+        {
+            "s1.lowpass_time_constant": 30.0 * sensors.s1_interval,
+            bias: 10.0 * usual,
+            "aggregator.weight.large": 0.95,
+            "aggregator.rate.large": 0.05 * sensors.rate,
+        },
         {bias: 0.1 * usual, drift: 300.0 * sensors.span, "aggregator.weight.large": 1.0 / 3.0},
     )
     if not with_truth:

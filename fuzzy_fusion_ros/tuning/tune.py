@@ -10,12 +10,14 @@ import numpy as np
 from fuzzy_fusion_ros.baselines import BaselineParameters
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals, root_mean_square
 from fuzzy_fusion_ros.batch.series import Series, fusion, run
+from fuzzy_fusion_ros.core.numerics import lag_gain
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import flatten, replace
 from fuzzy_fusion_ros.tuning import baselines, model_selection
 from fuzzy_fusion_ros.tuning.candidates import NO_DIFFERENCE
 from fuzzy_fusion_ros.tuning.characterise import (
     FEWEST_S1,
+    TINY,
     Characteristics,
     characterise,
 )
@@ -30,8 +32,8 @@ from fuzzy_fusion_ros.tuning.space import allowed
 NO_WORSE = 1.002
 """A step of the method is switched off if that increases the misfit by no more than this."""
 
-INSTANT = 1e-3
-"""Below this time constant, s, learning is as good as instant."""
+INSTANT = 0.1
+"""Below this share of S2's interval, learning is as good as instant."""
 
 SHORTENING_COSTS = 1.02
 """The bias's time constant is shortened while that increases the misfit by no more than this."""
@@ -47,6 +49,9 @@ S1_PATIENCE = 10.0
 
 BETTER_BY = 0.97
 """The predictor is switched on if it lowers the error to this share."""
+
+_FLOORS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
+"""What of S1's noise may come through, in multiples of the error."""
 
 _TOLERANCES = (0.3, 1.0, 3.0)
 """Tolerances of the gate to try, in multiples of the error without predictor."""
@@ -134,6 +139,11 @@ def tune(
     final = shorten_bias_time_constant(problem, simplified(problem, best.parameters))
     final = with_safety_net(problem, final)
     after = with_predictor(problem, rounded(problem, final))
+    if with_truth:
+        optimism = max(1.0, best.unseen / max(best.fitted, TINY))
+        after = rounded(problem, with_deviation(problem, after, optimism))
+    else:
+        after = rounded(problem, with_assumed_deviation(sensors, after))
     return Tuned(
         sensors=sensors,
         with_truth=with_truth,
@@ -183,7 +193,8 @@ def shorten_bias_time_constant(problem: Problem, parameters: Parameters) -> Para
         parameters: The result.
     """
     most = SHORTENING_COSTS * problem.misfit(parameters)
-    while parameters.s1.bias_time_constant > INSTANT:
+    instant = INSTANT * float(np.median(np.diff(problem.series.s2_ns))) * 1e-9
+    while parameters.s1.bias_time_constant > instant:
         half = 0.5 * parameters.s1.bias_time_constant
         quicker = replace(parameters, {"s1.bias_time_constant": half})
         if problem.misfit(quicker) > most:
@@ -211,6 +222,46 @@ def with_safety_net(problem: Problem, parameters: Parameters) -> Parameters:
             for name, factor, never in ends
         },
     )
+
+
+def with_deviation(problem: Problem, parameters: Parameters, optimism: float) -> Parameters:
+    """Fit the standard deviation to the errors: what of S1's noise comes through, and its factor.
+
+    Args:
+        problem: What was fitted.
+        parameters: The result.
+        optimism: By how much errors on unseen blocks are larger than those fitted to.
+    """
+    plain = replace(parameters, {"estimate.deviation_scale": 1.0, "s1.noise": 0.0})
+    trace = run(fusion(plain), problem.series)
+    where = problem.counted & (trace.standard_deviation > 0.0)
+    if not where.any():
+        return parameters
+    error = (trace.value - problem.target)[where]
+    typical = root_mean_square(error)
+    best, least = plain, math.inf
+    for share in _FLOORS:
+        floor = share * typical
+        variance = np.square(trace.standard_deviation[where]) + floor**2
+        factor = float(np.mean(np.square(error) / variance))
+        unlikely = math.log(max(factor, TINY)) + float(np.mean(np.log(variance)))
+        if unlikely < least:
+            scale = math.sqrt(factor) * optimism
+            changes = {"estimate.deviation_scale": scale, "s1.noise": floor}
+            best, least = replace(parameters, allowed(Parameters, changes)), unlikely
+    return best
+
+
+def with_assumed_deviation(sensors: Characteristics, parameters: Parameters) -> Parameters:
+    """Set what of S1's noise comes through its low-pass; S2's noise is fitted, so that is all.
+
+    Args:
+        sensors: What the sensors are like.
+        parameters: The result.
+    """
+    gain = lag_gain(sensors.s1_interval, parameters.s1.lowpass_time_constant)
+    through = sensors.s1_noise * math.sqrt(gain / (2.0 - gain))
+    return replace(parameters, allowed(Parameters, {"s1.noise": through}))
 
 
 def rounded(problem: Problem, parameters: Parameters) -> Parameters:

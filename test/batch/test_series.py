@@ -124,6 +124,7 @@ def test_a_series_is_stepping_bit_for_bit(variant: str) -> None:
             said.prediction.exists,
             said.prediction.value,
             said.accepted,
+            said.standard_deviation,
         )
         assert row == tuple(tuple(array[k]) if array.ndim > 1 else array[k] for array in trace), (
             f"sample {k}"
@@ -159,7 +160,7 @@ def test_an_empty_series_gives_an_empty_trace() -> None:
     nothing = np.zeros(0)
     none = np.zeros(0, np.int64)
     trace = interpreted(fusion(Parameters()), Series(none, nothing, none, nothing, none))
-    assert [array.shape for array in trace] == [(0,)] * 6 + [(0, 4)] + [(0,)] * 3
+    assert [array.shape for array in trace] == [(0,)] * 6 + [(0, 4)] + [(0,)] * 4
 
 
 def test_strengths_of_a_trace_sum_to_one_where_sensors_are_fused() -> None:

@@ -24,6 +24,7 @@ SCORE = Score(
     time_s=TIME_S,
     truth=TIME_S,
     values={"estimate": TIME_S + 0.1, "s1": TIME_S + 1.0},
+    deviations={},
     behind={},
     modes={"FUSED": 1.0},
     notes=(),

@@ -43,7 +43,7 @@ def fused(s2_message: bytes = b"", prediction: Prediction = NO_PREDICTION) -> Fu
     """Return an estimate of 0.5."""
     strengths = FiringStrengths(0.1, 0.2, 0.3, 0.4)
     aggregate = Aggregate(value=0.75, weight=0.25, drift=0.125, strengths=strengths)
-    return Fused(STAMP_NS, Estimate(FUSED, 0.5, aggregate, prediction, False), s2_message)
+    return Fused(STAMP_NS, Estimate(FUSED, 0.5, aggregate, prediction, False, 0.5), s2_message)
 
 
 def with_prediction() -> Fused:
@@ -67,6 +67,7 @@ def test_an_estimate_is_explained() -> None:
         "aggregate": 0.75,
         "prediction": 0.5,
         "innovation": 0.25,
+        "standard_deviation": 0.5,
     }
     for name in values:
         stamp = found[name].header.stamp
@@ -74,7 +75,13 @@ def test_an_estimate_is_explained() -> None:
 
 
 def test_without_a_prediction_its_topics_are_silent() -> None:
-    assert list(explained(fused())) == ["weight", "drift", "aggregate", "firing_strengths"]
+    silent = {"prediction", "innovation"}
+    assert list(explained(fused())) == [each for each in EXPLANATION if each not in silent]
+
+
+def test_an_unknown_standard_deviation_is_silent() -> None:
+    estimate = fused().estimate._replace(standard_deviation=0.0)
+    assert "standard_deviation" not in explained(Fused(STAMP_NS, estimate))
 
 
 def test_firing_strengths_are_stamped_and_named(world: World) -> None:

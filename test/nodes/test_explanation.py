@@ -9,7 +9,7 @@ from fuzzy_fusion_ros.messages.outputs import EXPLANATION, JOINTS, POINT, RULES,
 from fuzzy_fusion_ros.testing import Feed, Harness
 from fuzzy_fusion_ros.testing.graph import EVERY_MESSAGE
 
-SCALARS = ("weight", "drift", "aggregate", "prediction", "innovation")
+SCALARS = ("weight", "drift", "aggregate", "prediction", "innovation", "standard_deviation")
 
 
 def ramp(feed: Feed, start: int, end: int) -> list[float]:
@@ -31,6 +31,8 @@ def test_numbers_behind_each_estimate_are_stamped_as_it_is_and_add_up(harness: H
     stamps = list(by_stamp["aggregate"])
     assert len(stamps) == len(estimates)
     assert by_stamp["weight"].keys() == by_stamp["drift"].keys() == by_stamp["aggregate"].keys()
+    assert set(by_stamp["standard_deviation"]) <= set(stamps)
+    assert min(by_stamp["standard_deviation"].values()) > 0.0
     assert by_stamp["prediction"].keys() == by_stamp["innovation"].keys()
     assert 0 < len(by_stamp["prediction"]) < len(estimates)  # none before it has learnt
     for stamp, estimate, message in zip(stamps, estimates, strengths, strict=True):

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fuzzy_fusion_ros.scoring.metrics import METRICS, REPORTED, Matched, ScoreError
+from fuzzy_fusion_ros.scoring.metrics import METRICS, REPORTED, SURENESS, Matched, ScoreError
 
 NAN, INF = math.nan, math.inf
 
@@ -44,8 +44,34 @@ def test_values(name: str, errors: list[float], expected: float) -> None:
     assert METRICS[name].function(matched(errors)) == pytest.approx(expected, abs=1e-12)
 
 
+SURE = {
+    "within_1sd": [([0.5, -1.0, 1.5, 3.0], 0.5), ([0.0], 1.0)],
+    "within_2sd": [([0.5, -1.0, 1.5, 3.0], 0.75), ([-9.0], 0.0)],
+    "nll": [
+        ([0.0], 0.5 * math.log(2.0 * math.pi)),
+        ([2.0, 0.0], 1.0 + 0.5 * math.log(2.0 * math.pi)),
+    ],
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "errors", "expected"),
+    [(name, errors, expected) for name, rows in SURE.items() for errors, expected in rows],
+)
+def test_how_far_a_standard_deviation_holds(
+    name: str, errors: list[float], expected: float
+) -> None:
+    for deviation in (1.0, 4.0):  # of the same shape, whatever its size
+        scaled = matched([deviation * each for each in errors])
+        sure = scaled._replace(deviation=np.full(len(errors), deviation))
+        found = SURENESS[name].function(sure)
+        shift = math.log(deviation) if name == "nll" else 0.0
+        assert found == pytest.approx(expected + shift)
+
+
 def test_every_metric_has_its_rows() -> None:
     assert set(TABLE) == set(METRICS)
+    assert set(SURE) == set(SURENESS)
     assert set(REPORTED) == {"rmse", "mae", "iae", "itae", "max", "bias"}
 
 
@@ -59,7 +85,7 @@ def test_integrals_follow_the_actual_times() -> None:
 @pytest.mark.parametrize("bad", [NAN, INF, -INF])
 @pytest.mark.parametrize("field", Matched._fields)
 def test_what_is_not_finite_is_refused(name: str, bad: float, field: str) -> None:
-    data = matched([1.0, 2.0, 3.0])
+    data = matched([1.0, 2.0, 3.0])._replace(deviation=np.ones(3))
     array = getattr(data, field).copy()
     array[1] = bad
     with pytest.raises(ScoreError, match="not finite"):

@@ -45,6 +45,22 @@ def bag(tmp_path: Path) -> Path:
     return write_scalars(tmp_path / "bag", swing())
 
 
+def test_the_estimate_s_own_standard_deviation_is_scored(tmp_path: Path) -> None:
+    """Where the fusion runs here, and where a replayed bag holds it: the same."""
+    raw = write_scalars(tmp_path / "raw", swing(estimate=False))
+    computed = scored(raw)
+    with open_bag(raw) as bag:
+        replay(bag, tmp_path / "new", Topics(), Parameters())
+    replayed = scored(tmp_path / "new")
+    for score in (computed, replayed):
+        found = score.as_json()["estimators"]["estimate"]
+        assert 0.0 <= found["within_1sd"] <= found["within_2sd"] <= 1.0
+        assert np.isfinite(found["nll"])
+        assert "within_1sd" not in score.as_json()["estimators"]["s1"]
+        assert "within_2sd" in report([score])
+    assert np.array_equal(computed.deviations["estimate"], replayed.deviations["estimate"])
+
+
 def test_the_figures_are_those_of_the_samples(bag: Path) -> None:
     score = scored(bag)
     found = score.scores("estimate")
