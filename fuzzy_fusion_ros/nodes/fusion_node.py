@@ -9,6 +9,7 @@ from std_srvs.srv import SetBool, Trigger
 from fuzzy_fusion_ros.messages.units import signal_unit
 from fuzzy_fusion_ros.nodes.estimates import EstimateOutput
 from fuzzy_fusion_ros.nodes.fusion_report import FusionReport
+from fuzzy_fusion_ros.nodes.modes import Mode
 from fuzzy_fusion_ros.nodes.rule_report import RuleReport
 from fuzzy_fusion_ros.nodes.self_check import SelfCheck
 from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
@@ -19,7 +20,7 @@ from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.ros.clock import NodeTime
 from fuzzy_fusion_ros.ros.diagnostics import Diagnostics, Report
 from fuzzy_fusion_ros.ros.node import ConfiguredNode
-from fuzzy_fusion_ros.ros.recorder import recorder_for
+from fuzzy_fusion_ros.ros.recorder import NoRecorder, recorder_for
 
 
 class FusionNode(ConfiguredNode[Parameters]):
@@ -34,11 +35,25 @@ class FusionNode(ConfiguredNode[Parameters]):
         super().__init__("fusion_node", Parameters(), **options)
 
     def set_up(self) -> None:
-        """Create topics, services and timers."""
+        """Create all that there is, or wait to be configured."""
+        self._time = NodeTime(self)
+        self._connected = False
+        if self.parameters.lifecycle:
+            from fuzzy_fusion_ros.ros.lifecycle import Lifecycle  # few nodes need it
+
+            self._lifecycle = Lifecycle(self, self)
+        else:
+            self.connect()
+
+    def connect(self) -> None:
+        """Create topics, services and timers; estimates are published unless it is managed.
+
+        Raises:
+            FusionError: A parameter, a message type, a field or a bag cannot be used.
+        """
         parameters = self.parameters
         if problem := parameters.aggregator.weight.order_problem():
             self.log.warning(problem)
-        self._time = NodeTime(self)
         self.recorder = recorder_for(parameters.record)
         self._fusion = Fusion(parameters)
         guards = self._fusion.s1, self._fusion.s2
@@ -57,15 +72,36 @@ class FusionNode(ConfiguredNode[Parameters]):
         self.create_service(SetBool, "~/enable", self._on_enable)
         if parameters.trigger == "timer":
             self._ticks = self._time.every(1.0 / parameters.rate, self.guarded(self._on_tick))
+        self._connected = True
+        if parameters.lifecycle:
+            self._open()
+            self.activate(False)
+
+    def disconnect(self) -> None:
+        """Finish the bag and forget the clock; the node's entities are destroyed elsewhere."""
+        if self._connected:
+            self._jumps.unregister()
+        self._connected = False
+        self.recorder.close()
+        self.recorder = NoRecorder()
+
+    def activate(self, active: bool) -> None:
+        """Publish estimates from now on, or only process samples."""
+        self._report.enable(active, Mode.INACTIVE)
 
     def on_spinning(self) -> None:
-        """Publish from now on, and say between which topics."""
+        """Publish from now on, unless managed."""
+        if not self.parameters.lifecycle:
+            self._open()
+            self._report.start()
+
+    def _open(self) -> None:
+        """Create the topics of the estimate, and say what is fused into it."""
         self._output.open(self, self.recorder)
         self.log.info(
             f"s1: {self._s1.described()}; s2: {self._s2.described()}; "
             f"estimate: {self._output.described()}; trigger: {self.parameters.trigger}"
         )
-        self._report.start()
 
     def _on_s1(self, data: bytes) -> None:
         received = self._s1.receive(data)
@@ -131,6 +167,9 @@ class FusionNode(ConfiguredNode[Parameters]):
         return response
 
     def _on_enable(self, request: Any, response: Any) -> Any:
+        if self._report.mode is Mode.INACTIVE:
+            response.success, response.message = False, "the node is inactive: activate it"
+            return response
         self._report.enable(request.data)
         word = "enabled" if request.data else "disabled; samples are still processed"
         response.success, response.message = True, f"publishing is {word}"
@@ -138,6 +177,8 @@ class FusionNode(ConfiguredNode[Parameters]):
 
     def on_parameters(self) -> None:
         """Use new parameters from the next sample on, and judge the rules afresh."""
+        if not self._connected:
+            return
         self._fusion.parameters = self.parameters
         self._rules.restart()
         period_ns = int(1e9 / self.parameters.rate)

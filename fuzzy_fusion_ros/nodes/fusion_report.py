@@ -24,6 +24,7 @@ class FusionReport:
     def __init__(self, log: RcutilsLogger) -> None:
         self.mode = Mode.WAITING
         self.enabled = True
+        self._silent = Mode.DISABLED
         self._log = log
         self._rate = Rate()
         self._unwritable = 0
@@ -37,11 +38,17 @@ class FusionReport:
         """Take an estimate: it shows the mode."""
         self._change(OF_ESTIMATE[fused.estimate.mode])
 
-    def enable(self, enabled: bool) -> None:
-        """Take note that estimates are published from now on, or not."""
+    def enable(self, enabled: bool, silent: Mode = Mode.DISABLED) -> None:
+        """Take note that estimates are published from now on, or not.
+
+        Args:
+            enabled: Whether they are.
+            silent: The mode while they are not.
+        """
+        self._silent = silent
         if enabled != self.enabled:
             self.enabled = enabled
-            self._change(Mode.WAITING if enabled else Mode.DISABLED)
+            self._change(Mode.WAITING if enabled else silent)
 
     def report(
         self,
@@ -100,7 +107,7 @@ class FusionReport:
 
     def _change(self, mode: Mode) -> None:
         if not self.enabled:
-            mode = Mode.DISABLED
+            mode = self._silent
         if mode is self.mode:
             return
         self.mode = mode

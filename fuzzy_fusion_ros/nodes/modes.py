@@ -17,6 +17,7 @@ class Mode(enum.Enum):
     S2_ONLY = "s1 is lost, s2 alone"
     STALE = "both sensors are lost, nothing is published"
     DISABLED = "disabled by ~/enable"
+    INACTIVE = "managed, publishes once it is activated"
 
     @property
     def level(self) -> Level:

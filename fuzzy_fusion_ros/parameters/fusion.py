@@ -203,6 +203,9 @@ class Parameters(Group):
         choices=("sensor_data", "reliable"),
     )
     record: str = text("", "bag directory to record inputs and outputs to; empty for none")
+    lifecycle: bool = switch(
+        False, "be a managed node: silent until it is configured and activated", fixed=True
+    )
     aggregator: AggregatorParameters = group(AggregatorParameters())
     predictor: PredictorParameters = group(PredictorParameters())
     gate: GateParameters = group(GateParameters())

@@ -85,9 +85,9 @@ def integer(default: int, text: str, *, low: int, high: int, fixed: bool = False
     return _field(default, Descriptor(int, text, "", low, high, fixed=fixed))
 
 
-def switch(default: bool, text: str) -> Any:
+def switch(default: bool, text: str, *, fixed: bool = False) -> Any:
     """Make a field that holds a yes or no."""
-    return _field(default, Descriptor(bool, text))
+    return _field(default, Descriptor(bool, text, fixed=fixed))
 
 
 def text(default: str, meaning: str, *, choices: tuple[str, ...] = ()) -> Any:

@@ -1,0 +1,105 @@
+"""The states of a managed node, https://design.ros2.org/articles/node_lifecycle.html."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.lifecycle import LifecycleNodeMixin, LifecycleState, TransitionCallbackReturn
+from rclpy.node import Node
+
+from fuzzy_fusion_ros.parameters.errors import FusionError
+from fuzzy_fusion_ros.ros.node import ConfiguredNode
+
+ENTITIES = ("publisher", "subscription", "service", "timer")
+
+
+class Managed(Protocol):
+    """What a node that is managed can do."""
+
+    def connect(self) -> None:
+        """Create topics, services and timers; publish nothing.
+
+        Raises:
+            FusionError: A parameter, a message type, a field or a bag cannot be used.
+        """
+
+    def disconnect(self) -> None:
+        """Let go of what is no entity of the node: bags and callbacks of clocks."""
+
+    def activate(self, active: bool) -> None:
+        """Publish from now on, or no longer."""
+
+
+class Lifecycle(LifecycleNodeMixin):
+    """Offers the services of a managed node and carries out the transitions.
+
+    Instead of :class:`rclpy.lifecycle.LifecycleNode` as a base class, since whether a node is
+    managed is a parameter, and importing that costs every start 0.1 s.
+    """
+
+    def __init__(self, node: ConfiguredNode[Any], managed: Managed) -> None:
+        """Offer the services; the state is *unconfigured*.
+
+        Args:
+            node: The node.
+            managed: The same node, as what it can do.
+        """
+        # What the mixin takes from the node that it is made for.
+        self.handle = node.handle
+        self.default_callback_group = node.default_callback_group
+        self._services = node._services
+        super().__init__()
+        self._change = self._service_change_state.callback
+        self._service_change_state.callback = self._on_change
+        self._node = node
+        self._managed = managed
+        self._own = _entities(node)
+
+    def _on_change(self, request: Any, response: Any) -> Any:
+        """Refuse a transition that the state does not have; rclpy would end the process."""
+        try:
+            return self._change(request, response)
+        except rclpy_implementation.RCLError:
+            response.success = False
+            return response
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Create what the node is made of, or stay unconfigured and log why."""
+        try:
+            self._managed.connect()
+        except FusionError as error:
+            self._node.log.error(f"not configured: {error}")
+            self._clean_up()
+            return TransitionCallbackReturn.FAILURE
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Publish."""
+        self._managed.activate(True)
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Process samples, but publish nothing."""
+        self._managed.activate(False)
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Remove what the node is made of, and with it its state."""
+        self._clean_up()
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Clean up for good; the process goes on until it is told to stop."""
+        self._clean_up()
+        return TransitionCallbackReturn.SUCCESS
+
+    def _clean_up(self) -> None:
+        self._managed.disconnect()
+        for kind, entities in _entities(self._node).items():
+            for entity in entities - self._own[kind]:
+                getattr(self._node, f"destroy_{kind}")(entity)
+
+
+def _entities(node: Node) -> dict[str, set[Any]]:
+    return {kind: set(getattr(node, f"{kind}s")) for kind in ENTITIES}
