@@ -9,6 +9,7 @@ PACKAGE = "fuzzy_fusion_ros"
 EXECUTABLES = (
     "check",
     "demo",
+    "explain",
     "fusion_node",
     "pendulum_node",
     "replay",

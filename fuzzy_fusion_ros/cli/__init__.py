@@ -3,6 +3,7 @@
 COMMANDS = {
     "check": "what is wrong with two sensors of a bag",
     "demo": "a real drive scored; a pendulum balanced over DDS",
+    "explain": "why an estimate is what it is, in words",
     "fusion_node": "fuse two topics into one, online",
     "pendulum_node": "simulate the paper's pendulum, balanced on the estimate",
     "replay": "run a bag through the fusion; --live: onto its topics",

@@ -14,7 +14,7 @@ subscribes:
 publishes:
   estimate          the latest S2 message, with its number and stamp replaced
   ~/weight ~/drift ~/aggregate ~/prediction ~/innovation ~/firing_strengths
-                    how the estimate came about; published while subscribed
+  ~/explanation     how the estimate came about; published while subscribed
   /diagnostics      mode, rates, dropped samples by reason, anything suspicious
 services:
   ~/reset           clear the state

@@ -58,13 +58,13 @@ def add_window(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--start",
         metavar="S",
-        type=_seconds,
+        type=seconds,
         help="start this many seconds after the first message of the bag {0}",
     )
     parser.add_argument(
         "--end",
         metavar="S",
-        type=_seconds,
+        type=seconds,
         help="end this many seconds after the first message of the bag {its end}",
     )
 
@@ -204,7 +204,7 @@ def number(low: float, high: float) -> Callable[[str], float]:
     return parse
 
 
-_seconds = number(0.0, 1e9)
+seconds = number(0.0, 1e9)
 
 
 def _count(text: str) -> int:

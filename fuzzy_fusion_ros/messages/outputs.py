@@ -14,6 +14,7 @@ from fuzzy_fusion_ros.messages.type_names import normalise_type_name
 from fuzzy_fusion_ros.online.verdict import Fused
 from fuzzy_fusion_ros.parameters.fusion import EstimateParameters
 
+TEXT = "std_msgs/msg/String"
 POINT = "geometry_msgs/msg/PointStamped"
 JOINTS = "sensor_msgs/msg/JointState"
 """The one stock type with a stamp, names and numbers; plotting tools show them by their names."""
@@ -28,6 +29,9 @@ EXPLANATION = {
     STRENGTHS: JOINTS,
 }
 """The topics below the node's own name, and their types."""
+
+SENTENCE = "explanation"
+"""The topic that says the same in words; ``explain`` says it of any bag, so none holds it."""
 
 
 def point_template(types: TypeDescriptions, frame: str = "") -> Template:
@@ -79,6 +83,11 @@ def strengths_message(strengths: FiringStrengths, stamp_ns: int) -> bytes:
     for strength in strengths:
         message.number("float64", strength)
     return message.count(0).count(0).done()  # neither velocities nor efforts
+
+
+def text_message(text: str) -> bytes:
+    """Return a text as a ``std_msgs/msg/String``."""
+    return CdrWriter().text(text).done()
 
 
 class EstimateMessages:

@@ -59,8 +59,8 @@ class FusionNode(ConfiguredNode[Parameters]):
         guards = self._fusion.s1, self._fusion.s2
         self._s1 = SensorInput(self, self._time, "s1", parameters.s1, guards[0], self._on_s1)
         self._s2 = SensorInput(self, self._time, "s2", parameters.s2, guards[1], self._on_s2)
-        signal_unit(self._s1.codec, self._s2.codec, parameters.signal.unit)
-        self._output = EstimateOutput(parameters.estimate, self._s2.codec)
+        unit = signal_unit(self._s1.codec, self._s2.codec, parameters.signal.unit)
+        self._output = EstimateOutput(parameters.estimate, self._s2.codec, unit)
         self._rules = RuleReport()
         self._report = FusionReport(self.log)
         self._check = SelfCheck(self.log, self._s1, self._s2, parameters.signal.unit)
@@ -132,7 +132,7 @@ class FusionNode(ConfiguredNode[Parameters]):
             self._rules.record.see(fused)
             self._report.see(fused)
             if self._report.enabled:
-                self._output.publish(fused, log_ns)
+                self._output.publish(fused, self._fusion.parameters, log_ns)
 
     def _reports(self) -> list[Report]:
         parameters = self.parameters

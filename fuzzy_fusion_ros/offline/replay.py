@@ -5,7 +5,7 @@ Reads straight through: messages in log order, samples, ``Fusion``, messages.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from itertools import zip_longest
 from pathlib import Path
 from typing import NamedTuple
@@ -14,21 +14,18 @@ from fuzzy_fusion_ros.bag.metadata import offered_qos
 from fuzzy_fusion_ros.bag.reader import BagReader, open_bag
 from fuzzy_fusion_ros.bag.topic import UNDESCRIBED, BagMessage, Topic
 from fuzzy_fusion_ros.bag.writer import BagWriter
-from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages.outputs import (
     EXPLANATION,
+    SENTENCE,
     EstimateMessages,
     explain,
     point_template,
 )
-from fuzzy_fusion_ros.messages.units import signal_unit
-from fuzzy_fusion_ros.offline.recording import Progress, count_drops
-from fuzzy_fusion_ros.offline.topics import Topics, codecs_of, explanation_prefix
-from fuzzy_fusion_ros.online.fusion import Fusion
-from fuzzy_fusion_ros.online.guard import Drop, Guard
+from fuzzy_fusion_ros.offline.bag_fusion import BagFusion, Logged
+from fuzzy_fusion_ros.offline.recording import Progress
+from fuzzy_fusion_ros.offline.topics import Topics, explanation_prefix
 from fuzzy_fusion_ros.online.mode_shares import ModeShares
-from fuzzy_fusion_ros.online.ticks import Ticks
-from fuzzy_fusion_ros.online.verdict import Fused, Verdict
+from fuzzy_fusion_ros.online.verdict import Fused
 from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 
@@ -86,7 +83,7 @@ def replay(
     if topics.estimate in {topics.s1, topics.s2}:
         raise BagError(f"topic {topics.estimate} cannot be both a sensor and the estimate")
     station = _Station(bag, topics, parameters)
-    written = set(station.outputs)
+    written = {*station.outputs, explanation_prefix(topics.estimate) + SENTENCE}
     copied = 0
     with BagWriter(output, bag.types) as writer:
         for topic in bag.topics.values():
@@ -156,12 +153,9 @@ class _Station:
     def __init__(self, bag: BagReader, topics: Topics, parameters: Parameters) -> None:
         self._bag = bag
         self._topics = topics
-        self._codecs = codecs_of(bag, topics, parameters, ("s1", "s2"))
-        signal_unit(self._codecs["s1"], self._codecs["s2"], parameters.signal.unit)
-        self._fusion = Fusion(parameters)
-        self._ticks = Ticks(parameters)
+        self._fusion = BagFusion(bag, topics, parameters)
         self._point = point_template(bag.types)
-        self._estimates = EstimateMessages(bag.types, parameters.estimate, self._codecs["s2"])
+        self._estimates = EstimateMessages(bag.types, parameters.estimate, self._fusion.s2_codec)
         self._prefix = explanation_prefix(topics.estimate)
         self.outputs = {topics.estimate: self._estimates.codec.type_name}
         self.outputs |= {self._prefix + name: kind for name, kind in EXPLANATION.items()}
@@ -172,16 +166,11 @@ class _Station:
 
     def before(self, log_ns: int) -> Iterator[BagMessage]:
         """Yield what ticks bring about by the time of the next message."""
-        due_ns = self._ticks.due(log_ns)
-        if due_ns is not None:
-            yield from self._publish(self._fusion.on_tick(), due_ns)
+        yield from self._publish(self._fusion.before(log_ns))
 
     def on_message(self, message: BagMessage) -> Iterator[BagMessage]:
         """Yield what a message brings about."""
-        if message.topic == self._topics.s1:
-            yield from self._publish(self._on_s1(message), message.log_ns)
-        if message.topic == self._topics.s2:
-            yield from self._publish(self._on_s2(message), message.log_ns)
+        yield from self._publish(self._fusion.on_message(message))
 
     def result(self, copied: int) -> Replayed:
         """Return what was done."""
@@ -199,10 +188,7 @@ class _Station:
         return "; ".join(reasons) or "no message of S1 and S2 in this span"
 
     def _notes(self) -> list[str]:
-        self._fusion.finish()
-        notes = count_drops(self._topics.s1, self._fusion.s1)
-        notes += count_drops(self._topics.s2, self._fusion.s2)
-        notes += filter(None, [self._fusion.clock_problem()])
+        notes = self._fusion.notes()
         if self._unwritable:
             notes.append(
                 f"{self._unwritable} estimates do not fit into {self._estimates.codec.type_name}: "
@@ -210,22 +196,8 @@ class _Station:
             )
         return notes
 
-    def _on_s1(self, message: BagMessage) -> Verdict:
-        try:
-            sample = self._codecs["s1"].sample(message.data, message.log_ns)
-        except MessageError as error:
-            return _unread(self._fusion.s1, error)
-        return self._fusion.on_s1(sample, message.log_ns)
-
-    def _on_s2(self, message: BagMessage) -> Verdict:
-        try:
-            stamp_ns, value, _ = self._codecs["s2"].sample(message.data, message.log_ns)
-        except MessageError as error:
-            return _unread(self._fusion.s2, error)
-        return self._fusion.on_s2(Sample(stamp_ns, value, message.data), message.log_ns)
-
-    def _publish(self, verdict: Verdict, log_ns: int) -> Iterator[BagMessage]:
-        for fused in verdict.estimates:
+    def _publish(self, estimates: Iterable[Logged]) -> Iterator[BagMessage]:
+        for log_ns, fused in estimates:
             self._modes.see(fused.estimate.mode, fused.stamp_ns)
             try:
                 data = self._estimates.message(fused)
@@ -245,9 +217,3 @@ class _Station:
 
     def _message(self, topic: str, log_ns: int, data: bytes) -> BagMessage:
         return BagMessage(topic, self.outputs[topic], log_ns, data)
-
-
-def _unread(guard: Guard, error: MessageError) -> Verdict:
-    drop = Drop.of(error)
-    guard.drop(drop)
-    return Verdict(drop=drop)

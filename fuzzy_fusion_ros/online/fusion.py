@@ -139,7 +139,7 @@ class Fusion:
         if estimate.mode == WAITING or stamp_ns <= self._estimated_ns:
             return ()
         self._estimated_ns = stamp_ns
-        return (Fused(stamp_ns, estimate, self._s2_message),)
+        return (Fused(stamp_ns, estimate, self._state, self._s2_message),)
 
 
 def first_rules(parameters: Parameters) -> tuple[int, int, float, float]:

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from fuzzy_fusion_ros.core.estimator import Estimate
+from fuzzy_fusion_ros.core.estimator import Estimate, State
 from fuzzy_fusion_ros.online.guard import Drop
 from fuzzy_fusion_ros.online.trigger import Step
 
 
-class Fused(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Fused:
     """An estimate with the stamp of the sample that it is for.
 
     Attributes:
         stamp_ns: The stamp, nanoseconds.
         estimate: The estimate.
+        state: The state of the estimator behind it; two that are equal may differ in this.
         s2_message: The message of the newest S2 sample in it, empty if there is none.
     """
 
     stamp_ns: int
     estimate: Estimate
+    state: State = field(compare=False, repr=False)
     s2_message: bytes = b""
 
     @property

@@ -8,8 +8,9 @@ import numpy as np
 
 from fuzzy_fusion_ros.core.aggregator import aggregate
 from fuzzy_fusion_ros.core.membership import large
+from fuzzy_fusion_ros.core.observer import observes
 from fuzzy_fusion_ros.messages.outputs import RULES
-from fuzzy_fusion_ros.parameters.fusion import AggregatorParameters, BreakPoints
+from fuzzy_fusion_ros.parameters.fusion import BreakPoints, Parameters
 
 GRID = 40
 """Cells of a control surface along each input."""
@@ -21,13 +22,16 @@ DIGITS = 4
 """Significant digits of what is drawn."""
 
 
-def rule_base(rules: AggregatorParameters, unit: str) -> dict[str, Any]:
+def rule_base(parameters: Parameters, unit: str) -> dict[str, Any]:
     """Return the sets, the surfaces of weight and drift over both inputs, and the rules.
 
+    With the observer the first input is the innovation of S2, and there is no drift to conclude.
+
     Args:
-        rules: Parameters of the aggregator.
+        parameters: Of the fusion.
         unit: Unit of the signal, ``""`` where it is not known.
     """
+    rules, with_drift = parameters.aggregator, not observes(parameters)
     reaches = [BEYOND * ramp.large for ramp in (rules.difference, rules.rate)]
     differences, rates = (np.linspace(0.0, reach, GRID + 1).tolist() for reach in reaches)
     cells = [[aggregate(rules, d, 0.0, r) for d in differences] for r in rates]
@@ -35,18 +39,24 @@ def rule_base(rules: AggregatorParameters, unit: str) -> dict[str, Any]:
     surfaces = [
         _surface("W1, the weight of S1", "", 1.0, [[cell.weight for cell in row] for row in cells])
     ]
-    if most := max(drift.small, drift.large):
+    most = max(drift.small, drift.large)
+    if with_drift and most > 0.0:
         surfaces.append(
             _surface("drift", unit, most, [[cell.drift for cell in row] for row in cells])
         )
     return {
         "inputs": [
-            _input("|S1 − S2|", unit, rules.difference, reaches[0]),
+            _input(
+                "|S1 − S2|" if with_drift else "|innovation of S2|",
+                unit,
+                rules.difference,
+                reaches[0],
+            ),
             _input("|dS2/dt|", _per_second(unit), rules.rate, reaches[1]),
         ],
         "surfaces": surfaces,
         "rules": [
-            {"series": name, "weight": w, "drift": d}
+            {"series": name, "weight": w, "drift": d if with_drift else None}
             for name, w, d in zip(
                 RULES,
                 (weight.small, weight.large, weight.very_small, weight.very_large),

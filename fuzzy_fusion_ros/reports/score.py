@@ -39,7 +39,7 @@ def score_page(score: Score, parameters: Parameters, source: str) -> Page:
         time_s=score.time_s,
         series=_series(score),
         charts=charts(LINES, score.unit, score.behind),
-        rules=rule_base(parameters.aggregator, score.unit),
+        rules=rule_base(parameters, score.unit),
         parameters=source,
     )
 

@@ -71,7 +71,7 @@ def tune_page(tuned: Tuned, series: Series, unit: str, name: str, origin: str, s
             **{name: _known(after, values) for name, values in behind.items()},
         },
         charts=charts(lines, unit, behind),
-        rules=rule_base(tuned.parameters.aggregator, unit),
+        rules=rule_base(tuned.parameters, unit),
         parameters=source,
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import pytest
@@ -9,7 +10,7 @@ from messages.worlds import World
 from rclpy.serialization import deserialize_message
 
 from fuzzy_fusion_ros.core.aggregator import Aggregate, FiringStrengths
-from fuzzy_fusion_ros.core.estimator import FUSED, Estimate
+from fuzzy_fusion_ros.core.estimator import FUSED, Estimate, initial_state
 from fuzzy_fusion_ros.core.gate import NO_PREDICTION, Prediction
 from fuzzy_fusion_ros.messages import (
     InstalledTypes,
@@ -28,7 +29,7 @@ from fuzzy_fusion_ros.messages.outputs import (
 )
 from fuzzy_fusion_ros.online.fusion import Fused
 from fuzzy_fusion_ros.parameters.errors import MessageError
-from fuzzy_fusion_ros.parameters.fusion import EstimateParameters
+from fuzzy_fusion_ros.parameters.fusion import EstimateParameters, Parameters
 
 STAMP_NS = 12_345_678_901
 TEMPERATURE = "sensor_msgs/msg/Temperature"
@@ -43,7 +44,8 @@ def fused(s2_message: bytes = b"", prediction: Prediction = NO_PREDICTION) -> Fu
     """Return an estimate of 0.5."""
     strengths = FiringStrengths(0.1, 0.2, 0.3, 0.4)
     aggregate = Aggregate(value=0.75, weight=0.25, drift=0.125, strengths=strengths)
-    return Fused(STAMP_NS, Estimate(FUSED, 0.5, aggregate, prediction, False, 0.5), s2_message)
+    estimate = Estimate(FUSED, 0.5, aggregate, prediction, False, 0.5)
+    return Fused(STAMP_NS, estimate, initial_state(Parameters()), s2_message)
 
 
 def with_prediction() -> Fused:
@@ -81,7 +83,7 @@ def test_without_a_prediction_its_topics_are_silent() -> None:
 
 def test_an_unknown_standard_deviation_is_silent() -> None:
     estimate = fused().estimate._replace(standard_deviation=0.0)
-    assert "standard_deviation" not in explained(Fused(STAMP_NS, estimate))
+    assert "standard_deviation" not in explained(dataclasses.replace(fused(), estimate=estimate))
 
 
 def test_firing_strengths_are_stamped_and_named(world: World) -> None:

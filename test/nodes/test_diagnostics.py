@@ -8,7 +8,7 @@ import pytest
 from nodes.watching import OK, WARN, Diagnostics
 
 from fuzzy_fusion_ros.core.aggregator import Aggregate, FiringStrengths
-from fuzzy_fusion_ros.core.estimator import FUSED, S1_ONLY, Estimate
+from fuzzy_fusion_ros.core.estimator import FUSED, S1_ONLY, Estimate, initial_state
 from fuzzy_fusion_ros.core.gate import Prediction
 from fuzzy_fusion_ros.nodes.rule_report import ENOUGH, LONG, RuleReport
 from fuzzy_fusion_ros.nodes.sensor_subscriber import SensorSubscriber
@@ -29,7 +29,8 @@ def fused(
     strengths = FiringStrengths((1 - d) * (1 - r), (1 - d) * r, d * (1 - r), d * r)
     aggregate = Aggregate(value=0.0, weight=0.0, drift=0.0, strengths=strengths)
     prediction = Prediction(exists=predicts, value=0.0)
-    return Fused(k * STEP_NS, Estimate(mode, 0.0, aggregate, prediction, accepts))
+    estimate = Estimate(mode, 0.0, aggregate, prediction, accepts)
+    return Fused(k * STEP_NS, estimate, initial_state(Parameters()))
 
 
 def summaries(report: RuleReport, parameters: Parameters | None = None) -> dict[str, list[str]]:

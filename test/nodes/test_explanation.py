@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fuzzy_fusion_ros.messages import load_message_class
-from fuzzy_fusion_ros.messages.outputs import EXPLANATION, JOINTS, POINT, RULES, explain
+from fuzzy_fusion_ros.messages.outputs import EXPLANATION, JOINTS, POINT, RULES, TEXT, explain
 from fuzzy_fusion_ros.testing import Feed, Harness
 from fuzzy_fusion_ros.testing.graph import EVERY_MESSAGE
 
@@ -64,6 +64,19 @@ def test_firing_strengths_are_labelled_in_the_order_of_table_1(harness: Harness)
         [0.0, 0.0, 0.0, 1.0],
     ]
     assert all(tuple(message.name) == RULES for message in messages)
+
+
+def test_each_estimate_is_said_in_words(harness: Harness) -> None:
+    node = harness.fusion_node({"signal.unit": "rad"})
+    sentences = harness.record("/fusion_node/explanation", TEXT)
+    feed = harness.feed()
+    harness.spin_until(lambda: node.count_subscribers("/fusion_node/explanation") == 1)
+    harness.spin_until(lambda: node._output._sentence.wanted)
+    estimates = ramp(feed, 0, 3)
+    harness.spin_until(lambda: len(sentences) == 3)
+    for estimate, sentence in zip(estimates, sentences, strict=True):
+        assert sentence.data.startswith(f"The estimate {estimate:.6g} rad is ")
+        assert "aggregator.weight." in sentence.data
 
 
 def test_listeners_that_come_and_go_are_told_apart(harness: Harness) -> None:

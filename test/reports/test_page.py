@@ -18,6 +18,7 @@ from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.messages.outputs import RULES
 from fuzzy_fusion_ros.parameters.errors import FusionError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.reports import page as pages
 from fuzzy_fusion_ros.reports.charts import charts
 from fuzzy_fusion_ros.reports.page import Line, Page, Table, packed, rendered, write_page
@@ -39,7 +40,7 @@ def made(series: dict[str, Reals], **changes: Any) -> Page:
         time_s=np.arange(n) * 0.01,
         series=series,
         charts=charts(LINES, "rad", series),
-        rules=rule_base(Parameters().aggregator, "rad"),
+        rules=rule_base(Parameters(), "rad"),
         parameters="# </script> <!-- in a comment\n",
     )
     return page._replace(**changes)
@@ -145,7 +146,7 @@ def test_only_what_is_known_and_moves_is_drawn() -> None:
 
 def test_surfaces_show_what_the_rules_conclude_at_their_corners() -> None:
     rules = Parameters().aggregator
-    base = rule_base(rules, "m/s")
+    base = rule_base(Parameters(), "m/s")
     weight, drift = (each["values"] for each in base["surfaces"])
     assert (weight[0][0], weight[-1][0]) == (rules.weight.small, rules.weight.large)
     assert (weight[0][-1], weight[-1][-1]) == (rules.weight.very_small, rules.weight.very_large)
@@ -154,6 +155,13 @@ def test_surfaces_show_what_the_rules_conclude_at_their_corners() -> None:
     for each, ramp in zip(base["inputs"], (rules.difference, rules.rate), strict=True):
         grades = dict(zip(each["values"], each["grades"], strict=True))
         assert (grades[ramp.small], grades[ramp.large]) == (0.0, 1.0)
+
+
+def test_the_observers_rules_are_about_the_innovation_and_conclude_no_drift() -> None:
+    base = rule_base(replace(Parameters(), {"s1.bias_time_constant": 1.0}), "m")
+    assert base["inputs"][0]["title"] == "|innovation of S2|"
+    assert [each["title"] for each in base["surfaces"]] == ["W1, the weight of S1"]
+    assert {rule["drift"] for rule in base["rules"]} == {None}
 
 
 def test_a_page_that_cannot_be_written_is_an_error(tmp_path: Path) -> None:

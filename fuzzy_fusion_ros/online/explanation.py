@@ -1,0 +1,149 @@
+"""Why an estimate is what it is, in words, and which parameter would change it."""
+
+from __future__ import annotations
+
+from fuzzy_fusion_ros.core.aggregator import FiringStrengths, sign
+from fuzzy_fusion_ros.core.conditioning import is_off
+from fuzzy_fusion_ros.core.estimator import FUSED, S1_ONLY
+from fuzzy_fusion_ros.core.numerics import seconds_between
+from fuzzy_fusion_ros.core.observer import observes
+from fuzzy_fusion_ros.online.verdict import Fused
+from fuzzy_fusion_ros.parameters.fusion import Parameters, Weights
+
+RULE_WEIGHTS = ("small", "large", "very_small", "very_large")
+"""Table 1: the name of the weight that each rule concludes."""
+
+
+def explanation(parameters: Parameters, fused: Fused, unit: str = "") -> str:
+    """Return why an estimate is what it is, and which parameter would change it.
+
+    The numbers reproduce the estimate to the digits that are printed.
+
+    Args:
+        parameters: Those that it was made with.
+        fused: The estimate.
+        unit: Unit of the signal, ``""`` where it is not known.
+    """
+    u = f" {unit}" if unit else ""
+    estimate = fused.estimate
+    text = f"The estimate {estimate.value:.6g}{u} is "
+    if estimate.accepted:
+        text += f"the mean of the prediction, {estimate.prediction.value:.6g}{u}, and of "
+        text += f"{estimate.aggregate.value:.6g}{u}, which is "
+    if estimate.mode == FUSED:
+        by = _observed if observes(parameters) else _blended
+        text += by(parameters, fused, u)
+        text += _rejected_prediction(parameters, fused, u)
+        text += f". {_advice(parameters.aggregator.weight, estimate.aggregate.strengths)}"
+    elif estimate.mode == S1_ONLY:
+        text += f"S1 alone{_corrected_s1(parameters, fused, u)}: {_s2_silence(fused)}"
+    else:
+        text += f"S2 alone: {_s1_silence(fused)}"
+    return text
+
+
+def _blended(parameters: Parameters, fused: Fused, u: str) -> str:
+    """Return the paper's blend: both sensors, weighed, and the drift."""
+    sensors, aggregate = fused.state.sensors, fused.estimate.aggregate
+    s1, s2 = sensors.s1.smooth.value, sensors.s2.value
+    drift = sign(sensors.s2.rate) * aggregate.drift
+    added = (
+        f", {'plus' if drift > 0.0 else 'minus'} a drift of {abs(drift):.4g}{u}" if drift else ""
+    )
+    return (
+        f"{aggregate.weight:.4g} of S1{_how(parameters, fused)}, {s1:.6g}{u}, and "
+        f"{1.0 - aggregate.weight:.4g} of S2, {s2:.6g}{u} and {_s2_age(fused):.3g} s old{added}: "
+        f"they are {abs(s1 - s2):.3g}{u} apart ({_apart(fused)} large), "
+        f"S2 moves at {_rate(fused, u)}"
+    )
+
+
+def _observed(parameters: Parameters, fused: Fused, u: str) -> str:
+    """Return the observer's estimate: S1 and what it is off by, as S2 has told through its lag."""
+    innovation = fused.state.sensors.belief.innovation
+    direction = "above" if innovation < 0.0 else "below"
+    believed = 100.0 * (1.0 - fused.estimate.aggregate.weight)
+    return (
+        f"S1{_corrected_s1(parameters, fused, u)}: S2, {_s2_age(fused):.3g} s old, was "
+        f"{abs(innovation):.3g}{u} {direction} what the estimate led to expect of it "
+        f"({_apart(fused)} large), which is believed by {believed:.3g} %, and S2 moved at "
+        f"{_rate(fused, u)}"
+    )
+
+
+def _corrected_s1(parameters: Parameters, fused: Fused, u: str) -> str:
+    """Return S1 as it counts, and what is taken off it."""
+    if is_off(parameters.s1):
+        return ""
+    sensors = fused.state.sensors
+    text = f"{_how(parameters, fused)}, {sensors.s1.smooth.value:.6g}{u}"
+    if observes(parameters):
+        text += f", minus the {sensors.belief.bias:.6g}{u} that it is off by"
+    return text
+
+
+def _how(parameters: Parameters, fused: Fused) -> str:
+    """Return what conditioning makes of S1."""
+    rejected = fused.state.sensors.s1.smooth.rejected
+    if rejected > 0.0:
+        return f", rejected as a spike for {rejected:.3g} s and carried on"
+    return "" if is_off(parameters.s1) else ", conditioned"
+
+
+def _s2_age(fused: Fused) -> float:
+    return seconds_between(fused.state.sensors.s2.stamp_ns, fused.stamp_ns)
+
+
+def _apart(fused: Fused) -> str:
+    strengths = fused.estimate.aggregate.strengths
+    return f"{100.0 * (strengths.large_small + strengths.large_large):.3g} %"
+
+
+def _rate(fused: Fused, u: str) -> str:
+    strengths = fused.estimate.aggregate.strengths
+    per_s = f" ({u.strip()})/s" if "/" in u else f"{u}/s"
+    moving = 100.0 * (strengths.small_large + strengths.large_large)
+    return f"{fused.state.sensors.s2.rate:.3g}{per_s} ({moving:.3g} % large)"
+
+
+def _rejected_prediction(parameters: Parameters, fused: Fused, u: str) -> str:
+    prediction = fused.estimate.prediction
+    if fused.estimate.accepted or not prediction.exists:
+        return ""
+    return (
+        f"; the prediction, {prediction.value:.6g}{u}, is further away than gate.tolerance, "
+        f"{parameters.gate.tolerance:.3g}{u}, and does not count"
+    )
+
+
+def _advice(weights: Weights, strengths: FiringStrengths) -> str:
+    """Return what to change: the weight that the rule which fires most concludes."""
+    strongest = max(range(len(strengths)), key=strengths.__getitem__)
+    name = RULE_WEIGHTS[strongest]
+    level = getattr(weights, name)
+    parameter = f"aggregator.weight.{name}, which is {level:.4g}"
+    if level <= 0.0:
+        return f"To trust S1 more, raise {parameter}."
+    if level >= 1.0:
+        return f"To trust S2 more, lower {parameter}."
+    return f"To trust S2 more, lower {parameter}; to trust S1 more, raise it."
+
+
+def _s2_silence(fused: Fused) -> str:
+    s2 = fused.state.sensors.s2
+    heard_ns = s2.stamp_ns if s2.samples else fused.state.started_ns
+    return _silence("s2", seconds_between(heard_ns, fused.stamp_ns))
+
+
+def _s1_silence(fused: Fused) -> str:
+    heard_ns = fused.state.sensors.s1.stamp_ns
+    if not heard_ns:
+        return "S1 has not been received. To use it, check its topic, type and stamps."
+    return _silence("s1", seconds_between(heard_ns, fused.stamp_ns))
+
+
+def _silence(name: str, seconds: float) -> str:
+    return (
+        f"{name.upper()} has been silent for {seconds:.3g} s, longer than {name}.timeout allows. "
+        f"To wait longer for it, raise {name}.timeout."
+    )
