@@ -159,6 +159,7 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
         *share("config"),
+        *share("launch"),
         *share("bags"),
     ],
     entry_points={

@@ -102,7 +102,7 @@ def workspace(tmp_path: Path) -> Path:
     source.mkdir(parents=True)
     for name in ("package.xml", "setup.py", "setup.cfg", "install.sh"):
         shutil.copy2(ROOT / name, source)
-    for name in (PACKAGE, "resource", "config"):
+    for name in (PACKAGE, "resource", "config", "launch"):
         shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
     return tmp_path / "ws"
 

@@ -66,7 +66,7 @@ def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in ("package.xml", "setup.py", "setup.cfg", "LICENSE", "README.md"):
         if (ROOT / name).exists():
             shutil.copy2(ROOT / name, copy)
-    for name in (PACKAGE, "resource", "config", "bags", "test"):
+    for name in (PACKAGE, "resource", "config", "launch", "bags", "test"):
         if (ROOT / name).exists():
             shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
     return copy
@@ -195,7 +195,7 @@ def test_data_files_are_installed_where_they_are_looked_up(install: Install, sou
     share = install.prefix / "share"
     assert (share / "ament_index" / "resource_index" / "packages" / PACKAGE).is_file()
     data = [source / "package.xml"]
-    for folder in ("config", "bags"):
+    for folder in ("config", "launch", "bags"):
         data += [path for path in (source / folder).rglob("*") if path.is_file()]
     for path in data:
         installed = share / PACKAGE / path.relative_to(source)

@@ -1,0 +1,50 @@
+"""Starts a fusion_node; include it once per pair of sensors, each in a namespace of its own.
+
+ros2 launch fuzzy_fusion_ros fusion.launch.py params_file:=$PWD/tuned.yaml s1:=/imu s2:=/gnss
+"""
+
+from launch.actions import DeclareLaunchArgument
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.actions import Node
+from launch_ros.substitutions import FindPackageShare
+
+from launch import LaunchDescription
+
+PACKAGE = "fuzzy_fusion_ros"
+
+
+def generate_launch_description():
+    """Return the arguments and the node."""
+    defaults = PathJoinSubstitution([FindPackageShare(PACKAGE), "config", "fusion_node.yaml"])
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument(
+                "params_file", default_value=defaults, description="ROS parameter YAML, as of tune"
+            ),
+            DeclareLaunchArgument("namespace", default_value="", description="of the node"),
+            DeclareLaunchArgument("s1", default_value="s1", description="topic of S1"),
+            DeclareLaunchArgument("s2", default_value="s2", description="topic of S2"),
+            DeclareLaunchArgument(
+                "estimate", default_value="estimate", description="topic of the estimate"
+            ),
+            DeclareLaunchArgument(
+                "use_sim_time", default_value="false", description="take the time from /clock"
+            ),
+            Node(
+                package=PACKAGE,
+                executable="fusion_node",
+                name="fusion_node",
+                namespace=LaunchConfiguration("namespace"),
+                parameters=[
+                    LaunchConfiguration("params_file"),
+                    {"use_sim_time": LaunchConfiguration("use_sim_time")},
+                ],
+                remappings=[
+                    ("s1", LaunchConfiguration("s1")),
+                    ("s2", LaunchConfiguration("s2")),
+                    ("estimate", LaunchConfiguration("estimate")),
+                ],
+                output="screen",
+            ),
+        ]
+    )
