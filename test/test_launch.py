@@ -93,15 +93,17 @@ def test_both_start_the_same_node(from_python: list[Call], from_xml: ElementTree
 
 
 def started(harness: Harness, folder: Path, namespace: str, **topics: str) -> Feed:
-    """Start the node with the command line that launch makes of its arguments; return a feed."""
+    """Run the node with the arguments for ROS that launch makes of its own; return a feed."""
     given = folder / "launch_params"
     given.write_text("/**:\n  ros__parameters:\n    use_sim_time: false\n")
     names = {name: topics.get(name, name) for name in ("s1", "s2", "estimate")}
-    harness.start(
-        "fusion_node",
-        *("--ros-args", "-r", "__node:=fusion_node", "-r", f"__ns:={namespace}"),
-        *("--params-file", str(DEFAULTS), "--params-file", str(given)),
-        *(word for name, topic in names.items() for word in ("-r", f"{name}:={topic}")),
+    remaps = {"__node": "fusion_node", "__ns": namespace, **names}
+    harness.fusion_node(
+        parameter_file=DEFAULTS,
+        arguments=(
+            *("--params-file", str(given)),
+            *(word for name, to in remaps.items() for word in ("-r", f"{name}:={to}")),
+        ),
     )
     absolute = {
         name: topic if topic.startswith("/") else f"{namespace}/{topic}"
