@@ -10,7 +10,7 @@ from fuzzy_fusion_ros.checking.check import Check, check
 from fuzzy_fusion_ros.checking.finding import Finding, Level
 from fuzzy_fusion_ros.checking.samples import SensorSamples, TwoSensors
 from fuzzy_fusion_ros.messages import ScalarCodec
-from fuzzy_fusion_ros.messages.units import unit_of
+from fuzzy_fusion_ros.messages.units import unit_read
 
 SAMPLES = 8192
 """Samples of each sensor that are kept."""
@@ -51,7 +51,7 @@ class Stream:
         self._name = name
         self._topic = topic
         self._codec = codec
-        self._unit = unit or unit_of(codec.type_name, codec.field.text)
+        self._unit = unit or unit_read(codec)
         self._rows: deque[tuple[int, int, float]] = deque(maxlen=SAMPLES)
 
     def add(self, stamp_ns: int, arrival_ns: int, value: float) -> None:

@@ -8,13 +8,15 @@ from __future__ import annotations
 import contextlib
 import math
 import struct
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from fuzzy_fusion_ros.core.numerics import SECOND_NS
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages.cdr import EMPTY_ARRAY_BYTES, FORMATS, ORDERS, ORIGIN, PADDING_BYTES
 from fuzzy_fusion_ros.messages.defaults import HEADER
-from fuzzy_fusion_ros.messages.field_path import FieldPath
+from fuzzy_fusion_ros.messages.field_path import Field, FieldPath
+from fuzzy_fusion_ros.messages.functions import Function, Numbers, scaled
 from fuzzy_fusion_ros.messages.layout import Layout, Walk
 from fuzzy_fusion_ros.messages.resolve import resolve_field
 from fuzzy_fusion_ros.messages.type_fields import FLOATS, INTEGER_RANGES, TypeDescriptions
@@ -31,17 +33,29 @@ class ScalarCodec:
 
     Attributes:
         type_name: The type, ``package/msg/Type``.
-        field: Where the number is in it.
+        field: Where the scalar is in it.
+        function: From the numbers of the field to the scalar, scale and offset included.
+        scale: The scale.
         is_stamped: Whether it carries a stamp of its own.
     """
 
-    def __init__(self, types: TypeDescriptions, type_name: str, field: str = "") -> None:
+    def __init__(
+        self,
+        types: TypeDescriptions,
+        type_name: str,
+        field: str = "",
+        scale: float = 1.0,
+        offset: float = 0.0,
+    ) -> None:
         """Find out where things lie.
 
         Args:
             types: Who describes message types.
             type_name: ``package/msg/Type``, or the short form ``package/Type``.
-            field: The path of the number; empty for the type's own, see :func:`resolve_field`.
+            field: The path of the number, or a function of paths; empty for the type's own, see
+                :func:`resolve_field`.
+            scale: The scalar is this times the field,
+            offset: plus this.
 
         Raises:
             MessageError: The type, or one in it, is unknown or cannot be read, it has no such
@@ -50,6 +64,8 @@ class ScalarCodec:
         type_name = normalise_type_name(type_name)
         self.type_name = type_name
         self.field = resolve_field(types, type_name, field)
+        self.function = scaled(self.field.function, scale, offset)
+        self.scale = scale
         stamp = _stamp_path(types, type_name)
         self.is_stamped = stamp is not None
         self._views = {
@@ -72,7 +88,7 @@ class ScalarCodec:
         view = self._view(data)
         try:
             excess = len(data) - view.end(data, ORIGIN)
-            (value,) = view.number.unpack_from(data, view.number_at(data, ORIGIN))
+            value = self.function.read(view.numbers(data))
             stamp_ns = receive_ns
             if view.stamp_at is not None:
                 seconds, nanoseconds = view.stamp.unpack_from(data, view.stamp_at(data, ORIGIN))
@@ -87,7 +103,7 @@ class ScalarCodec:
         return Sample(stamp_ns, float(value))
 
     def place(self, data: bytes) -> Place:
-        """Return where stamp and number are in a message.
+        """Return where stamp and numbers are in a message.
 
         They are there in every message of the same size and byte order in which all texts and
         arrays are as long, unless the path looks up a name.
@@ -99,7 +115,7 @@ class ScalarCodec:
             self.sample(data, 0)
         view = self._view(data)
         stamp_at = None if view.stamp_at is None else view.stamp_at(data, ORIGIN)
-        return Place(view.number.format, view.number_at(data, ORIGIN), stamp_at)
+        return Place(view.places(data), stamp_at)
 
     def lengths_at(self, data: bytes) -> tuple[int, ...]:
         """Return where the lengths of all texts and arrays are in a message.
@@ -131,7 +147,7 @@ class ScalarCodec:
         """
         view = self._view(data)
         stamp_at = None if view.stamp_at is None else view.stamp_at(data, ORIGIN)
-        return Template(data, self.field, view, view.number_at(data, ORIGIN), stamp_at)
+        return Template(data, self.field, self.function, view, stamp_at)
 
     def _view(self, data: bytes) -> _View:
         view = self._views.get(data[:2])
@@ -143,16 +159,15 @@ class ScalarCodec:
 
 
 class Place(NamedTuple):
-    """Where stamp and number are in a message.
+    """Where stamp and numbers are in a message.
 
     Attributes:
-        number: Byte order and type of the number, as :mod:`struct` writes them.
-        number_at: Where it begins.
+        numbers: Of each number of the field its byte order and type, as :mod:`struct` writes them,
+            and where it begins.
         stamp_at: Where the stamp begins, 32-bit seconds and nanoseconds; None if there is none.
     """
 
-    number: str
-    number_at: int
+    numbers: tuple[tuple[str, int], ...]
     stamp_at: int | None
 
 
@@ -160,28 +175,37 @@ class Template:
     """A message of which stamp and number are replaced; the rest stays as it is."""
 
     def __init__(
-        self, data: bytes, field: FieldPath, view: _View, number_at: int, stamp_at: int | None
+        self, data: bytes, field: Field, function: Function, view: _View, stamp_at: int | None
     ) -> None:
         self._data = data
         self._field = field
+        self._write = function.write
         self._view = view
-        self._number_at = number_at
+        self._places = view.places(data)
+        self._before = view.numbers(data)
         self._stamp_at = stamp_at
 
     def filled(self, value: float, stamp_ns: int) -> bytes:
         """Return the message with another number and, if it has one, another stamp.
 
         Args:
-            value: The number, unit of the field; a field of an integer type takes the nearest.
+            value: The scalar; a field of an integer type takes the nearest number.
             stamp_ns: The stamp, ns since the epoch of the message's clock.
 
         Raises:
-            MessageError: The number or the stamp does not fit.
+            MessageError: The number or the stamp does not fit, or the field is a function that
+                cannot be inverted.
         """
+        if self._write is None:
+            raise MessageError(f"field {self._field.text!r} cannot be inverted")
         filled = bytearray(self._data)
         try:
-            self._view.number.pack_into(filled, self._number_at, _fitting(self._field, value))
-        except OverflowError:
+            numbers = self._write(self._before, value)
+            for path, (form, at), number in zip(
+                self._field.paths, self._places, numbers, strict=True
+            ):
+                struct.pack_into(form, filled, at, _fitting(path, number))
+        except (OverflowError, ValueError):
             raise _unfit(self._field, value) from None
         if self._stamp_at is not None:
             try:
@@ -198,29 +222,43 @@ class _View(NamedTuple):
 
     layout: Layout
     end: Walk
-    number: struct.Struct
-    number_at: Walk
+    numbers: Callable[[bytes], Numbers]
+    places: Callable[[bytes], tuple[tuple[str, int], ...]]
     stamp: struct.Struct
     stamp_at: Walk | None
     frame_at: Walk | None
 
 
 def _view(
-    types: TypeDescriptions, type_name: str, field: FieldPath, stamp: str | None, order: str
+    types: TypeDescriptions, type_name: str, field: Field, stamp: str | None, order: str
 ) -> _View:
     layout = Layout(types, order)
     header = types.fields(type_name).get("header")
     has_frame = header is not None and header.name == HEADER and not header.is_array
     stamp_at = layout.place(type_name, FieldPath(f"{stamp}.sec")) if stamp else None
+    walks = [layout.place(type_name, path) for path in field.paths]
+    forms = [struct.Struct(order + FORMATS[path.number]) for path in field.paths]
     return _View(
         layout=layout,
         end=layout.end(type_name),
-        number=struct.Struct(order + FORMATS[field.number]),
-        number_at=layout.place(type_name, field),
+        numbers=_reader(forms, walks),
+        places=lambda data: tuple(
+            (form.format, walk(data, ORIGIN)) for form, walk in zip(forms, walks, strict=True)
+        ),
         stamp=struct.Struct(order + "iI"),
         stamp_at=stamp_at,
         frame_at=layout.place(type_name, FieldPath("header.frame_id")) if has_frame else None,
     )
+
+
+def _reader(forms: Sequence[struct.Struct], walks: Sequence[Walk]) -> Callable[[bytes], Numbers]:
+    """Return what reads the numbers of a message; the usual one alone without a loop."""
+    if len(forms) == 1:
+        (form,), (walk,) = forms, walks
+        unpack = form.unpack_from
+        return lambda data: unpack(data, walk(data, ORIGIN))
+    pairs = [(form.unpack_from, walk) for form, walk in zip(forms, walks, strict=True)]
+    return lambda data: [unpack(data, walk(data, ORIGIN))[0] for unpack, walk in pairs]
 
 
 def _stamp_path(types: TypeDescriptions, type_name: str) -> str | None:
@@ -249,14 +287,19 @@ def _slack(types: TypeDescriptions, type_name: str) -> float:
 
 
 def _fitting(field: FieldPath, value: float) -> float:
-    """Return a value as a field takes it."""
+    """Return a value as a field takes it.
+
+    Raises:
+        OverflowError: It does not fit, as an infinite one.
+        ValueError: It is not a number.
+    """
     if field.number in FLOATS:
         return value
     low, high = INTEGER_RANGES[field.number]
-    if not (math.isfinite(value) and low <= round(value) <= high):
-        raise _unfit(field, value)
+    if not low <= round(value) <= high:
+        raise OverflowError
     return round(value)
 
 
-def _unfit(field: FieldPath, value: float) -> MessageError:
-    return MessageError(f"field {field.text!r} is of type {field.number}, {value!r} does not fit")
+def _unfit(field: Field, value: float) -> MessageError:
+    return MessageError(f"field {field.text!r} is of type {field.types}, {value!r} does not fit")

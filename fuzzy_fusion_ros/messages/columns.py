@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fuzzy_fusion_ros.core.numerics import SECOND_NS
 from fuzzy_fusion_ros.messages.codec import Place, ScalarCodec
+from fuzzy_fusion_ros.messages.functions import PLAIN, Function
 from fuzzy_fusion_ros.parameters.errors import MessageError, StampError
 
 MOST_LAYOUTS = 16
@@ -55,7 +56,7 @@ class ColumnReader:
             codecs: Of the numbers, at least one, all of one type.
         """
         self._codecs = codecs
-        self._looks_up = any(part.key for each in codecs for part in each.field.parts)
+        self._looks_up = any(each.field.looks_up for each in codecs)
         self._rows: list[_Rows] = []
         self._others: list[bytes] = []
         self._received: list[int] = []
@@ -105,7 +106,7 @@ class ColumnReader:
         )
         for kind, rows in enumerate(self._rows):
             if rows.messages:
-                rows.read_into(block, np.flatnonzero(kinds == kind))
+                rows.read_into(block, np.flatnonzero(kinds == kind), self._codecs)
                 rows.messages.clear()
         for place, data in zip(np.flatnonzero(kinds < 0), self._others, strict=True):
             _read_into(block, int(place), self._codecs, data)
@@ -131,16 +132,19 @@ class _Rows:
             return False
         return all(data[at : at + 4] == length for at, length in self._lengths)
 
-    def read_into(self, block: Columns, where: NDArray[np.int64]) -> None:
+    def read_into(
+        self, block: Columns, where: NDArray[np.int64], codecs: Sequence[ScalarCodec]
+    ) -> None:
         """Read all messages, into some of the columns' places."""
         rows = np.frombuffer(b"".join(self.messages), np.uint8).reshape(-1, self._size)
-        for k, place in enumerate(self._places):
+        for k, (place, codec) in enumerate(zip(self._places, codecs, strict=True)):
             if place is not None:
-                block.values[k, where] = _column(rows, place.number_at, place.number)
+                numbers = [_column(rows, at, form) for form, at in place.numbers]
+                block.values[k, where] = _computed(codec.function, numbers)
                 block.lacking[k, where] = False
         stamped = next((each for each in self._places if each and each.stamp_at is not None), None)
         if stamped is not None and stamped.stamp_at is not None:
-            order = stamped.number[0]
+            order = stamped.numbers[0][0][0]
             seconds = _column(rows, stamped.stamp_at, f"{order}i").astype(np.int64)
             nanoseconds = _column(rows, stamped.stamp_at + 4, f"{order}I").astype(np.int64)
             block.stamps_ns[where] = seconds * SECOND_NS + nanoseconds
@@ -165,6 +169,15 @@ def _rows(codecs: Sequence[ScalarCodec], data: bytes) -> _Rows | None:
 def _column(rows: NDArray[np.uint8], at: int, number: str) -> NDArray[np.generic]:
     dtype = np.dtype(number)
     return np.ascontiguousarray(rows[:, at : at + dtype.itemsize]).view(dtype)[:, 0]
+
+
+def _computed(
+    function: Function, numbers: Sequence[NDArray[np.generic]]
+) -> NDArray[np.generic] | list[float]:
+    """Return scalars, to the bit those of single messages; numpy's functions differ from C's."""
+    if function is PLAIN:
+        return numbers[0]
+    return [function.read(each) for each in zip(*(each.tolist() for each in numbers), strict=True)]
 
 
 def _read_into(block: Columns, place: int, codecs: Sequence[ScalarCodec], data: bytes) -> None:

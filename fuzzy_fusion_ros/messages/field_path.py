@@ -1,4 +1,4 @@
-"""A path to one number in a message, such as ``point.x`` or ``name=pole:position``."""
+"""A path to one number in a message, such as ``point.x``, or a function of paths: ``norm(v)``."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ import re
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from fuzzy_fusion_ros.messages.functions import Function
 from fuzzy_fusion_ros.parameters.errors import MessageError
 
+_CALL = re.compile(r"\s*([A-Za-z]\w*)\((.*)\)\s*")
 _NAME = r"[A-Za-z]\w*"
 _PLAIN = re.compile(rf"({_NAME})(?:\[(\d+)\])?")
 _LOOK_UP = re.compile(rf"((?:{_NAME}(?:\[\d+\])?\.)*)({_NAME})=(.+):({_NAME})((?:\..+)?)")
@@ -59,6 +61,50 @@ class FieldPath:
     def __post_init__(self) -> None:
         """Parse ``text``."""
         object.__setattr__(self, "parts", _parse(self.text))
+
+
+class Call(NamedTuple):
+    """A function of paths, as it is written.
+
+    Attributes:
+        name: Its name.
+        arguments: The paths.
+    """
+
+    name: str
+    arguments: tuple[str, ...]
+
+
+def call_in(text: str) -> Call | None:
+    """Return the function that a field is, or None if it is a path."""
+    found = _CALL.fullmatch(text)
+    if found is None:
+        return None
+    return Call(found[1], tuple(each.strip() for each in found[2].split(",")))
+
+
+class Field(NamedTuple):
+    """Where the scalar of a message is: one number, or a function of some.
+
+    Attributes:
+        text: What the user wrote.
+        paths: To the numbers.
+        function: From the numbers to the scalar, and back.
+    """
+
+    text: str
+    paths: tuple[FieldPath, ...]
+    function: Function
+
+    @property
+    def looks_up(self) -> bool:
+        """Whether a path takes an element by its name."""
+        return any(part.key for path in self.paths for part in path.parts)
+
+    @property
+    def types(self) -> str:
+        """The types of its numbers, in words."""
+        return ", ".join(sorted({path.number for path in self.paths}))
 
 
 def _parse(text: str) -> tuple[PathPart, ...]:

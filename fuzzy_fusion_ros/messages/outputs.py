@@ -12,6 +12,7 @@ from fuzzy_fusion_ros.messages.defaults import default_message
 from fuzzy_fusion_ros.messages.type_fields import TypeDescriptions
 from fuzzy_fusion_ros.messages.type_names import normalise_type_name
 from fuzzy_fusion_ros.online.verdict import Fused
+from fuzzy_fusion_ros.parameters.errors import MessageError
 from fuzzy_fusion_ros.parameters.fusion import EstimateParameters
 
 TEXT = "std_msgs/msg/String"
@@ -108,12 +109,18 @@ class EstimateMessages:
             s2: Reads S2.
 
         Raises:
-            MessageError: The type is unknown or has no such field.
+            MessageError: The type is unknown or has no such field, or the field is a function
+                that cannot be inverted.
         """
         own = normalise_type_name(parameters.type) if parameters.type else s2.type_name
         self._copies_s2 = own == s2.type_name
         is_s2s = self._copies_s2 and not parameters.field
         self.codec = s2 if is_s2s else ScalarCodec(types, own, parameters.field)
+        if self.codec.function.write is None:
+            raise MessageError(
+                f"the estimate cannot be written into field {self.codec.field.text!r} of {own}, "
+                "which cannot be inverted: set estimate.type and estimate.field"
+            )
         self._types = types
         self._s2 = s2
         self._s2_message: bytes | None = None

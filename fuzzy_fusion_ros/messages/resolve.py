@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fuzzy_fusion_ros.messages.field_path import FieldPath, PathPart
+from fuzzy_fusion_ros.messages.field_path import Field, FieldPath, PathPart, call_in
+from fuzzy_fusion_ros.messages.functions import FUNCTIONS, PLAIN, Function
 from fuzzy_fusion_ros.messages.type_fields import FLOATS, FieldType, TypeDescriptions
 from fuzzy_fusion_ros.messages.type_names import normalise_type_name
 from fuzzy_fusion_ros.parameters.errors import MessageError
@@ -17,35 +18,91 @@ DEFAULT_FIELDS = {
     "sensor_msgs/msg/Range": "range",
 }
 _MAX_CANDIDATES = 20
+_MAX_FUNCTIONS = 8
 _MAX_DEPTH = 6
 _MOST_FIELDS = 10_000
 _TIMES = frozenset({"builtin_interfaces/msg/Time", "std_msgs/msg/Header"})
 
 
-def resolve_field(types: TypeDescriptions, type_name: str, text: str = "") -> FieldPath:
-    """Return the path ``text`` after checking that it leads to a number in that type.
+def resolve_field(types: TypeDescriptions, type_name: str, text: str = "") -> Field:
+    """Return the field ``text`` after checking that it leads to numbers in that type.
 
     Args:
         types: Who describes message types.
         type_name: ``package/msg/Type``.
-        text: The path, or empty for the default field of the type: that of
-            ``DEFAULT_FIELDS``, else the only float outside header, arrays and variances, or
-            the only integer where there are no floats.
+        text: A path, a function of paths such as ``yaw(orientation)``, or empty for the default
+            field of the type: that of ``DEFAULT_FIELDS``, else the only float outside header,
+            arrays and variances, or the only integer where there are no floats.
 
     Raises:
-        MessageError: The type is unknown, has no such field, the field is no number, or there
-            is no default; except for the first, the error lists the candidates.
+        MessageError: The type is unknown, has no such field, the field is no number, there is no
+            such function or it takes something else, or there is no default; except for the
+            first, the error lists the candidates.
     """
     name = normalise_type_name(type_name)
     types.fields(name)  # an unknown type is said first
-    path = FieldPath(text or _default_field(types, name))
-    field = FieldType(name)
-    for part in path.parts:
-        field = _follow(types, field, part, path.text, name)
+    text = text or _default_field(types, name)
+    call = call_in(text)
+    if call is None:
+        return Field(text, (_number(types, name, text),), PLAIN)
+    forms = FUNCTIONS.get(call.name, ())
+    if not forms:
+        known = ", ".join(FUNCTIONS)
+        raise MessageError(
+            f"field {text!r} of {name}: no function {call.name!r}, expected one of {known}"
+            f"{_advice(types, name)}"
+        )
+    expected = forms[0].arguments
+    if len(call.arguments) != expected or not all(call.arguments):
+        takes = "one path" if expected == 1 else f"{expected} paths"
+        raise MessageError(f"field {text!r} of {name}: {call.name} takes {takes}")
+    for form in forms:
+        paths = _arguments(types, name, form, call.arguments)
+        if paths is not None:
+            numbers = tuple(_number(types, name, path) for path in paths)
+            return Field(text, numbers, form)
+    wanted = " or ".join("a quaternion" if len(each.members) == 4 else "a vector" for each in forms)
+    raise MessageError(
+        f"field {text!r} of {name}: {call.arguments[0]} is no message with "
+        f"{', '.join(forms[-1].members)}, expected {wanted}{_advice(types, name)}"
+    )
+
+
+def _arguments(
+    types: TypeDescriptions, name: str, form: Function, arguments: tuple[str, ...]
+) -> list[str] | None:
+    """Return the paths to the numbers of a function; None if it takes another message."""
+    if not form.members:
+        return list(arguments)
+    (argument,) = arguments
+    owner = _walked(types, name, argument)
+    if owner.is_array or not owner.is_message:
+        return None
+    if not _has_numbers(types, owner.name, form.members):
+        return None
+    return [f"{argument}.{member}" for member in form.members]
+
+
+def _has_numbers(types: TypeDescriptions, name: str, members: tuple[str, ...]) -> bool:
+    fields = types.fields(name)
+    found = [fields.get(member, FieldType("")) for member in members]
+    return all(each.is_number and not each.is_array for each in found)
+
+
+def _number(types: TypeDescriptions, name: str, text: str) -> FieldPath:
+    field = _walked(types, name, text)
     if field.is_array or not field.is_number:
         kind = f"{field} is no number" if not field.is_array else f"{field} is a whole array"
-        raise MessageError(f"field {path.text!r} of {name}: {kind}{_advice(types, name)}")
-    return FieldPath(path.text, field.name)
+        raise MessageError(f"field {text!r} of {name}: {kind}{_advice(types, name)}")
+    return FieldPath(text, field.name)
+
+
+def _walked(types: TypeDescriptions, name: str, text: str) -> FieldType:
+    """Return the type that a path leads to."""
+    field = FieldType(name)
+    for part in FieldPath(text).parts:
+        field = _follow(types, field, part, text, name)
+    return field
 
 
 def numeric_fields(types: TypeDescriptions, type_name: str) -> list[str]:
@@ -59,6 +116,33 @@ def numeric_fields(types: TypeDescriptions, type_name: str) -> list[str]:
     """
     found = list(_numbers(types, normalise_type_name(type_name)))
     return [path for path, _ in sorted(found, key=lambda item: _rank(*item))]
+
+
+def computed_fields(types: TypeDescriptions, type_name: str) -> list[str]:
+    """Return the usual functions of a type's numbers, angles first.
+
+    Those are the angles of quaternions, tilt by accelerations, sizes of vectors, and altitude by
+    pressure; elements of arrays stand for all as in :func:`numeric_fields`.
+
+    Raises:
+        MessageError: The type is unknown.
+    """
+    found: list[str] = []
+    sizes: list[str] = []
+    paths = [path for path, _ in _numbers(types, normalise_type_name(type_name))]
+    for path in paths:
+        owner, _, member = path.rpartition(".")
+        if path.endswith("fluid_pressure"):
+            found.append(f"altitude({path})")
+        if member != "x" or not owner or not {f"{owner}.y", f"{owner}.z"} <= set(paths):
+            continue
+        if f"{owner}.w" in paths:
+            found += [f"{name}({owner})" for name in ("roll", "pitch", "yaw")]
+            continue
+        if "acceleration" in owner:
+            found += [f"{name}({owner})" for name in ("roll", "pitch")]
+        sizes.append(f"norm({owner})")
+    return [*found, *sizes]
 
 
 def _follow(
@@ -103,7 +187,9 @@ def _advice(types: TypeDescriptions, name: str) -> str:
     if not paths:
         return "; the type holds no number at all: use another one"
     more = f" and {len(paths) - _MAX_CANDIDATES} more" if len(paths) > _MAX_CANDIDATES else ""
-    return f"; choose one of: {', '.join(paths[:_MAX_CANDIDATES])}{more}"
+    functions = computed_fields(types, name)[:_MAX_FUNCTIONS]
+    computed = f"; or a function: {', '.join(functions)}" if functions else ""
+    return f"; choose one of: {', '.join(paths[:_MAX_CANDIDATES])}{more}{computed}"
 
 
 def _numbers(types: TypeDescriptions, name: str) -> Iterator[tuple[str, FieldType]]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 
 from fuzzy_fusion_ros.messages.codec import ScalarCodec
-from fuzzy_fusion_ros.messages.field_path import FieldPath
+from fuzzy_fusion_ros.messages.field_path import FieldPath, call_in
+from fuzzy_fusion_ros.messages.functions import FUNCTIONS, PLAIN
 from fuzzy_fusion_ros.messages.type_names import normalise_type_name
 from fuzzy_fusion_ros.parameters.errors import MessageError
 
@@ -51,12 +52,27 @@ def unit_of(type_name: str, field: str) -> str:
         ``""`` where the definition states none, as for plain scalars and for points, which are
         used for anything.
     """
+    call = call_in(field)
+    if call is not None:
+        forms = FUNCTIONS.get(call.name, (PLAIN,))
+        return forms[0].unit or unit_of(type_name, f"{call.arguments[0]}.x")
     rules = _BY_TYPE.get(normalise_type_name(type_name), _BY_PATH)
     path = re.sub(r"\[\d+\]", "", FieldPath(field).text)
     for pattern, unit in rules.items():
         if re.search(rf"(?:^|\.)(?:{pattern})$", path):
             return unit
     return ""
+
+
+ALIKE = 2.0
+"""A scale within this factor of 1 or -1 corrects a sensor; another one changes its unit."""
+
+
+def unit_read(codec: ScalarCodec) -> str:
+    """Return the unit of what a codec reads: the type's, or ``""`` where a scale changes it."""
+    if not 1.0 / ALIKE < abs(codec.scale) < ALIKE:
+        return ""
+    return unit_of(codec.type_name, codec.field.text)
 
 
 def signal_unit(s1: ScalarCodec, s2: ScalarCodec, given: str) -> str:
@@ -75,7 +91,7 @@ def signal_unit(s1: ScalarCodec, s2: ScalarCodec, given: str) -> str:
     """
     if given:
         return given
-    units = [unit_of(each.type_name, each.field.text) for each in (s1, s2)]
+    units = [unit_read(each) for each in (s1, s2)]
     if all(units) and units[0] != units[1]:
         described = [
             f"{name} is in {unit} ({each.field.text} of {each.type_name})"

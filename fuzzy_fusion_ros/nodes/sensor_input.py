@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from fuzzy_fusion_ros.core.numerics import seconds_between
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages import InstalledTypes, ScalarCodec
-from fuzzy_fusion_ros.messages.units import unit_of
+from fuzzy_fusion_ros.messages.units import unit_read
 from fuzzy_fusion_ros.online.guard import Drop, Guard
 from fuzzy_fusion_ros.parameters.errors import MessageError
 from fuzzy_fusion_ros.parameters.fusion import SensorParameters
@@ -64,7 +64,13 @@ class SensorInput:
         Raises:
             MessageError: The type is not installed or has no such field.
         """
-        self.codec = ScalarCodec(InstalledTypes(), parameters.type, parameters.field)
+        self.codec = ScalarCodec(
+            InstalledTypes(),
+            parameters.type,
+            parameters.field,
+            parameters.scale,
+            parameters.offset,
+        )
         self.guard = guard
         self.last_problem = ""
         self._node = node
@@ -78,7 +84,7 @@ class SensorInput:
     def described(self) -> str:
         """Return topic, field, type and, if it is known, unit in words."""
         field, type_name = self.codec.field.text, self.codec.type_name
-        unit = unit_of(type_name, field)
+        unit = unit_read(self.codec)
         measured = f" in {unit}" if unit else ""
         return f"{self.subscription.topic}, {field} of {type_name}{measured}"
 

@@ -16,8 +16,8 @@ from fuzzy_fusion_ros.checking.recent import warnings
 from fuzzy_fusion_ros.checking.samples import SensorSamples, TwoSensors
 from fuzzy_fusion_ros.checking.survey import Field, Together, survey
 from fuzzy_fusion_ros.checking.values import wrap_of
-from fuzzy_fusion_ros.messages import ScalarCodec, numeric_fields
-from fuzzy_fusion_ros.messages.units import unit_of
+from fuzzy_fusion_ros.messages import ScalarCodec, computed_fields, numeric_fields
+from fuzzy_fusion_ros.messages.units import unit_read
 from fuzzy_fusion_ros.offline.raw import RawSamples, Source, read_raw
 from fuzzy_fusion_ros.offline.recording import Progress
 from fuzzy_fusion_ros.offline.topics import Topics, codecs_of
@@ -114,7 +114,7 @@ def _samples(name: str, source: Source, raw: RawSamples) -> SensorSamples:
         name=name,
         topic=source.topic,
         field=codec.field.text,
-        unit=unit_of(codec.type_name, codec.field.text),
+        unit=unit_read(codec),
         is_stamped=codec.is_stamped,
         stamps_ns=raw.stamps_ns,
         overflows=raw.overflows,
@@ -166,8 +166,11 @@ def _codecs(bag: BagReader, msgtype: str, data: bytes) -> Iterator[ScalarCodec]:
     """Yield what reads the numbers of a type, each element of a short array by itself."""
     try:
         paths = numeric_fields(bag.types, msgtype)
+        computed = computed_fields(bag.types, msgtype)
     except MessageError:
         return
+    angles = [each for each in computed if not ("[" in each or each.startswith("norm"))]
+    yield from _readers(bag, msgtype, angles)
     for path in paths:
         if "variance" in path.lower() or "=" in path:
             continue
@@ -221,7 +224,7 @@ def _fields(
         yield Field(
             source.topic,
             codec.field.text,
-            unit_of(codec.type_name, codec.field.text),
+            unit_read(codec),
             motion_of(
                 seconds_since(start_ns, times_ns[finite]),
                 wrap_of(values).unwrapped(values),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from fuzzy_fusion_ros.messages import ScalarCodec
 from fuzzy_fusion_ros.parameters.errors import MessageError
-from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.fusion import Parameters, SensorParameters
 
 if TYPE_CHECKING:
     from fuzzy_fusion_ros.bag.reader import BagReader  # takes time to import
@@ -73,6 +73,7 @@ def codecs_of(
         "estimate": parameters.estimate.field or parameters.s2.field,
         "truth": "",
     }
+    sensors = {"s1": parameters.s1, "s2": parameters.s2}
     codecs = {
         role: codec_of(
             bag,
@@ -80,12 +81,26 @@ def codecs_of(
             topics.fields.get(role, ""),
             topics.fields.get("", ""),
             configured[role],
+            sensors.get(role),
         )
         for role, topic in topics.by_role().items()
         if role in roles and topic in bag.topics
     }
     _require_common(bag, topics)
+    if _is_written_back(codecs, parameters):
+        own, s2 = codecs["estimate"], parameters.s2
+        codecs["estimate"] = ScalarCodec(
+            bag.types, own.type_name, own.field.text, s2.scale, s2.offset
+        )
     return codecs
+
+
+def _is_written_back(codecs: Mapping[str, ScalarCodec], parameters: Parameters) -> bool:
+    """Return whether the estimate is in S2's place in its message, and in its unit."""
+    if parameters.estimate.field or not {"s2", "estimate"} <= codecs.keys():
+        return False
+    estimate, s2 = codecs["estimate"], codecs["s2"]
+    return (estimate.type_name, estimate.field.text) == (s2.type_name, s2.field.text)
 
 
 def _require_common(bag: BagReader, topics: Topics) -> None:
@@ -104,7 +119,12 @@ def _require_common(bag: BagReader, topics: Topics) -> None:
 
 
 def codec_of(
-    bag: BagReader, topic: str, own: str = "", common: str = "", configured: str = ""
+    bag: BagReader,
+    topic: str,
+    own: str = "",
+    common: str = "",
+    configured: str = "",
+    sensor: SensorParameters | None = None,
 ) -> ScalarCodec:
     """Return what reads the samples of a topic.
 
@@ -114,6 +134,7 @@ def codec_of(
         own: The path of its number, where the user gave one for it.
         common: The path given for every topic whose type has it.
         configured: The path in the fusion's parameters.
+        sensor: Scale and offset; the field as it is unless given.
 
     Raises:
         BagError: No number can be read from the topic.
@@ -121,10 +142,11 @@ def codec_of(
     """
     bag.require_readable(topic)
     msgtype = bag.topics[topic].msgtype
+    scale, offset = (1.0, 0.0) if sensor is None else (sensor.scale, sensor.offset)
     problems = []
     for text in [own] if own else [common, configured, ""] if common else [configured]:
         try:
-            return ScalarCodec(bag.types, msgtype, text)
+            return ScalarCodec(bag.types, msgtype, text, scale, offset)
         except MessageError as error:
             problems.append(error)
     raise MessageError(f"topic {topic}: {problems[0]}")

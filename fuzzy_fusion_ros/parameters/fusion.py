@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fuzzy_fusion_ros.parameters.errors import CombinationError
+from fuzzy_fusion_ros.parameters.errors import CombinationError, ParameterError
 from fuzzy_fusion_ros.parameters.group import Group, group, integer, real, switch, text
 
 
@@ -110,13 +110,36 @@ class SensorParameters(Group):
     """One input: its message type, the field that holds the scalar, and when it counts as lost."""
 
     type: str = text("geometry_msgs/msg/PointStamped", "message type, as package/msg/Type")
-    field: str = text("", "path of the scalar in the message; empty for the type's own")
+    field: str = text(
+        "",
+        "path of the number in the message, or a function of paths such as yaw(orientation); empty "
+        "for the type's own",
+    )
+    scale: float = real(
+        1.0,
+        "the sensor's value is this times the field, plus offset; not 0",
+        low=-1e12,
+        high=1e12,
+        fixed=True,
+    )
+    offset: float = real(
+        0.0, "added to the scaled field", unit="signal", low=-1e12, high=1e12, fixed=True
+    )
     timeout: float = real(
         0.0,
         "without a sample for longer the sensor is lost and its history restarts; 0 is automatic: "
         "five of its intervals, but at least 1 s for S1 and 5 s for S2",
         unit="s",
     )
+
+    def check_together(self) -> None:
+        """Check that the scale can be inverted.
+
+        Raises:
+            ParameterError: It is 0.
+        """
+        if self.scale == 0.0:
+            raise ParameterError("scale", "got 0.0, expected any other number")
 
 
 @dataclass(frozen=True)

@@ -75,9 +75,17 @@ class Descriptor:
         return float(value) if self.kind is float else value  # type: ignore[arg-type,return-value]  # narrowed by the checks above
 
 
-def real(default: float, text: str, *, unit: str = "", low: float = 0.0, high: float = 1e9) -> Any:
+def real(
+    default: float,
+    text: str,
+    *,
+    unit: str = "",
+    low: float = 0.0,
+    high: float = 1e9,
+    fixed: bool = False,
+) -> Any:
     """Make a field that holds a finite number."""
-    return _field(default, Descriptor(float, text, unit, low, high))
+    return _field(default, Descriptor(float, text, unit, low, high, fixed=fixed))
 
 
 def integer(default: int, text: str, *, low: int, high: int, fixed: bool = False) -> Any:

@@ -6,7 +6,7 @@ import pytest
 from messages.worlds import World
 
 from fuzzy_fusion_ros.messages import ScalarCodec
-from fuzzy_fusion_ros.messages.units import RATES, signal_unit, unit_of
+from fuzzy_fusion_ros.messages.units import RATES, signal_unit, unit_of, unit_read
 from fuzzy_fusion_ros.parameters.errors import MessageError
 
 POINT = "geometry_msgs/msg/PointStamped"
@@ -28,6 +28,11 @@ PRESSURE, RANGE = "sensor_msgs/msg/FluidPressure", "sensor_msgs/msg/Range"
         ("sensor_msgs/msg/Imu", "angular_velocity.z", "rad/s"),
         ("sensor_msgs/msg/Imu", "linear_acceleration.x", "m/s^2"),
         ("sensor_msgs/msg/Imu", "linear_acceleration_covariance[0]", ""),
+        ("sensor_msgs/msg/Imu", "yaw(orientation)", "rad"),
+        ("sensor_msgs/msg/Imu", "pitch(linear_acceleration)", "rad"),
+        ("sensor_msgs/msg/Imu", "norm(linear_acceleration)", "m/s^2"),
+        ("sensor_msgs/msg/FluidPressure", "altitude(fluid_pressure)", "m"),
+        ("geometry_msgs/msg/TwistStamped", "atan2(twist.linear.y, twist.linear.x)", "rad"),
         ("sensor_msgs/msg/JointState", "position[0]", ""),
         ("sensor_msgs/msg/NavSatFix", "altitude", "m"),
         ("sensor_msgs/msg/Range", "range", "m"),
@@ -66,3 +71,8 @@ def test_sensors_in_two_units_are_refused_with_both(rosbags: World) -> None:
     codecs = [ScalarCodec(rosbags.types, each) for each in (PRESSURE, RANGE)]
     with pytest.raises(MessageError, match=r"s1 is in Pa \(.*\), s2 is in m \(.*set signal.unit"):
         signal_unit(*codecs, "")
+
+
+@pytest.mark.parametrize(("scale", "unit"), [(1.0, "m"), (-1.02, "m"), (100.0, ""), (0.3048, "")])
+def test_a_scale_changes_the_unit(rosbags: World, scale: float, unit: str) -> None:
+    assert unit_read(ScalarCodec(rosbags.types, RANGE, scale=scale)) == unit

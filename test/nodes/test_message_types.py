@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -33,6 +34,12 @@ def imu(at: float, value: float) -> Any:
     message.linear_acceleration.x = value
     message.linear_acceleration.z = 9.8
     message.orientation_covariance[0] = -1.0
+    return message
+
+
+def turned(at: float, value: float) -> Any:
+    message = imu(at, 0.0)
+    message.orientation.z, message.orientation.w = math.sin(0.5 * value), math.cos(0.5 * value)
     return message
 
 
@@ -75,6 +82,12 @@ KINDS = {
         "position[1]",
         joint_state,
         lambda message: message.position[1],
+    ),
+    "Imu, yaw": Kind(
+        "sensor_msgs/msg/Imu",
+        "yaw(orientation)",
+        turned,
+        lambda message: round(2.0 * math.atan2(message.orientation.z, message.orientation.w), 9),
     ),
     "Temperature, short name": Kind(
         "sensor_msgs/Temperature",
@@ -161,7 +174,7 @@ def test_s1_is_read_from_any_type(harness: Harness, name: str) -> None:
     for at in (5.0, 5.25):  # S2 never speaks: S1 alone, as it came
         s1.publish(kind.make(at, 1.5))
     harness.spin_until(lambda: estimates)
-    assert estimates[0].point.x == 1.5
+    assert estimates[0].point.x == pytest.approx(1.5, abs=1e-12)
     assert (estimates[0].header.stamp.sec, estimates[0].header.stamp.nanosec) == (5, 250_000_000)
 
 
@@ -291,6 +304,9 @@ REFUSED = {
         {"s1.type": "sensor_msgs/msg/FluidPressure", "s2.type": "sensor_msgs/msg/Range"},
         "s1 is in Pa (fluid_pressure of sensor_msgs/msg/FluidPressure), s2 is in m (range of",
     ),
+    "no function": ({"s1.field": "sin(point.x)"}, "no function 'sin', expected one of roll, pitch"),
+    "no inverse": ({"s2.field": "norm(point)"}, "which cannot be inverted: set estimate.type and"),
+    "scale": ({"s2.scale": 0.0}, "parameter s2.scale: got 0.0, expected any other number"),
     "of the estimate": ({"estimate.type": "std_msgs/msg/String"}, "holds no number at all"),
 }
 

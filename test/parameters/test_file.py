@@ -183,7 +183,7 @@ def sound(data: st.DataObject) -> Parameters:
     """Any parameters at all, combinations aside."""
     values: dict[str, object] = {}
     for name, descriptor, default in descriptors(Parameters):
-        if name.endswith((".small", ".large")) or descriptor.choices:
+        if name.endswith((".small", ".large", ".scale")) or descriptor.choices:
             continue
         values[name] = data.draw(
             {
