@@ -164,6 +164,7 @@ setup(
     ],
     entry_points={
         "console_scripts": [f"fuzzy-fusion = {PACKAGE}.cli.program:main"],
+        "pytest11": [f"{PACKAGE} = {PACKAGE}.testing.plugin"],
         "ros2cli.command": [f"fusion = {PACKAGE}.cli.ros2:FusionCommand"],
     },
     install_requires=RUNTIME,

@@ -238,7 +238,8 @@ def test_the_package_imports_no_test() -> None:
         for path, name in all_imports()
         if name.partition(".")[0] in {"test", "reference", "pytest", "hypothesis"}
     ]
-    assert wrong == []
+    # Only pytest loads the plugin.
+    assert set(wrong) == {"testing/plugin.py: pytest"}
 
 
 def python(program: str) -> str:

@@ -14,11 +14,33 @@ True
 The graph has its own DDS domain on this machine, so that tests can run in parallel, and no traffic
 leaves the machine. Tests never sleep: :meth:`Harness.spin_until` spins the nodes until a predicate
 is true.
+
+pytest has two fixtures wherever this package is installed; ``examples/robot`` is to be copied:
+
+- ``fusion_harness``: an open :class:`Harness`;
+- ``ros_domain``: a free DDS domain, which this process and its children have joined until the test
+  ends. With both, the harness is in that domain.
+
+Importing this loads no rclpy: its names are looked up when they are first used.
 """
 
-from fuzzy_fusion_ros.testing.domain import claimed_domain
-from fuzzy_fusion_ros.testing.feed import Feed
-from fuzzy_fusion_ros.testing.harness import Harness
-from fuzzy_fusion_ros.testing.process import Process
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fuzzy_fusion_ros.testing.domain import claimed_domain
+    from fuzzy_fusion_ros.testing.feed import Feed
+    from fuzzy_fusion_ros.testing.harness import Harness
+    from fuzzy_fusion_ros.testing.process import Process
 
 __all__ = ["Feed", "Harness", "Process", "claimed_domain"]
+
+_HOMES = {"Feed": "feed", "Harness": "harness", "Process": "process", "claimed_domain": "domain"}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)

@@ -1,4 +1,4 @@
-"""Claims a DDS domain that no other test on this machine is using."""
+"""Claims a DDS domain that no other test on this machine is using, and has processes join it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import contextlib
 import fcntl
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 DOMAINS = range(1, 102)
@@ -40,3 +40,23 @@ def claimed_domain() -> Iterator[int]:
             os.close(lock)
         return
     raise RuntimeError(f"DDS domains {DOMAINS[0]} to {DOMAINS[-1]} are all claimed: see {folder}")
+
+
+def isolation(domain: int) -> dict[str, str]:
+    """Return the environment variables that keep a process in a domain of this machine."""
+    return {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "ROS_DOMAIN_ID": str(domain)}
+
+
+@contextlib.contextmanager
+def environment(values: Mapping[str, str]) -> Iterator[None]:
+    """Context manager: environment variables of this process, put back in the end."""
+    before = {name: os.environ.get(name) for name in values}
+    os.environ.update(values)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -20,7 +19,7 @@ from fuzzy_fusion_ros.messages import load_message_class
 from fuzzy_fusion_ros.messages.outputs import POINT
 from fuzzy_fusion_ros.ros.node import ConfiguredNode
 from fuzzy_fusion_ros.ros.spinning import executor_for
-from fuzzy_fusion_ros.testing.domain import claimed_domain
+from fuzzy_fusion_ros.testing.domain import claimed_domain, environment, isolation
 
 S = TypeVar("S", bound="Graph")
 N = TypeVar("N", bound=ConfiguredNode[Any])
@@ -42,21 +41,27 @@ class Graph:
         environment: The environment variables with which a child process joins this graph.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, domain_id: int | None = None) -> None:
+        """Prepare the graph.
+
+        Args:
+            domain_id: The DDS domain, from ``ros_domain`` or :func:`claimed_domain`; one is claimed
+                unless it is given.
+        """
+        self._given = domain_id
         self._closing = contextlib.ExitStack()
         self._nodes: list[ConfiguredNode[Any]] = []
 
     def __enter__(self: S) -> S:
         """Open the graph."""
         with contextlib.ExitStack() as opening:
-            self.domain_id = opening.enter_context(claimed_domain())
+            if self._given is None:
+                self.domain_id = opening.enter_context(claimed_domain())
+            else:
+                self.domain_id = self._given
             logs = opening.enter_context(tempfile.TemporaryDirectory())
-            self.environment = {
-                "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-                "ROS_DOMAIN_ID": str(self.domain_id),
-                "ROS_LOG_DIR": logs,
-            }
-            opening.enter_context(_environment(self.environment))
+            self.environment = {**isolation(self.domain_id), "ROS_LOG_DIR": logs}
+            opening.enter_context(environment(self.environment))
             self.context = Context()
             self.context.init([], domain_id=self.domain_id)
             opening.callback(self.context.try_shutdown)
@@ -189,17 +194,3 @@ class Graph:
     def _close_node(self, node: Node) -> None:
         self._executor.remove_node(node)
         node.destroy_node()
-
-
-@contextlib.contextmanager
-def _environment(values: Mapping[str, str]) -> Iterator[None]:
-    before = {name: os.environ.get(name) for name in values}
-    os.environ.update(values)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value

@@ -117,7 +117,7 @@ def test_a_child_process_tells_how_it_ended() -> None:
     with Harness() as harness:
         child = harness.start("fusion_node", "--help")
         assert child.wait() == 0
-        assert child.stdout.startswith("usage: fusion_node")
+        assert child.stdout.startswith("usage: fuzzy-fusion fusion_node")
         with harness.start("fusion_node") as other:
             harness.spin_until(lambda: harness.node.count_publishers("/estimate"))
             with pytest.raises(TimeoutError, match=r"still running after 0\.0 s"):
