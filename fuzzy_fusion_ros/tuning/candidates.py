@@ -136,7 +136,7 @@ def _observer(name: str, sensors: Characteristics, lost: float, with_truth: bool
             axes = [each for each in axes if each.name not in LAGS]
         axes.append(noise_axis(sensors))
     space = _space(axes, fixed, very_large if has_rules else nothing_follows)
-    return FitSpec(space, starts, _evaluations(name, sensors), by_surprise=not with_truth)
+    return FitSpec(space, starts, _evaluations(name, sensors))
 
 
 def _space(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
@@ -11,6 +12,7 @@ from fuzzy_fusion_ros.batch.arrays import Flags, Reals, root_mean_square
 from fuzzy_fusion_ros.batch.series import Series
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
+from fuzzy_fusion_ros.tuning.characterise import TINY
 from fuzzy_fusion_ros.tuning.kernel import Output, outputs
 from fuzzy_fusion_ros.tuning.search import Minimum, Pool, Search
 from fuzzy_fusion_ros.tuning.space import Space
@@ -20,6 +22,11 @@ FINALISTS = 1
 
 FREEDOM = 4.0
 """Degrees of freedom of the Student-t distribution of innovations: outliers of S2 weigh little."""
+
+_SIZES = np.geomspace(1e-4, 3.0, 200)
+
+WORST = 300.0
+"""A mean of logarithms beyond this is as bad as any."""
 
 SETTLING = 3
 """The first innovations say what was not known before them: they do not count."""
@@ -36,12 +43,14 @@ class Problem(NamedTuple):
         target: The signal, at each S1 sample, shape (n,).
         counted: Where it counts, shape (n,).
         base: Parameters; a fit changes only those in its space.
+        with_truth: Whether the target is a truth, and not made from both sensors.
     """
 
     series: Series
     target: Reals
     counted: Flags
     base: Parameters
+    with_truth: bool = True
 
     def misfit(self, parameters: Parameters, counted: Flags | None = None) -> float:
         """Return the root mean square error of the estimator without its predictor.
@@ -54,10 +63,11 @@ class Problem(NamedTuple):
         return root_mean_square(outputs(parameters, self.series).value[where] - self.target[where])
 
     def surprise(self, parameters: Parameters, counted: Flags | None = None) -> float:
-        """Return how badly the observer predicts S2, which needs no target.
+        """Return how badly the observer predicts S2, which needs no target, unit of the signal.
 
-        The mean negative logarithm of the likelihood of S2's innovations, each with the variance
-        that the observer expects, less a constant; infinite where there are none.
+        The geometric mean of what the likelihood of an innovation is the inverse of, each with the
+        variance that the observer expects; infinite where there are none. It grows in proportion
+        with the innovations where they are as expected.
 
         Args:
             parameters: Of the estimator.
@@ -65,7 +75,13 @@ class Problem(NamedTuple):
         """
         output = outputs(parameters, self.series)
         where = _at_s2(self.series, self.counted if counted is None else counted)
-        return unlikelihood(output, parameters.s2.noise, where)
+        return math.exp(min(unlikelihood(output, parameters.s2.noise, where), WORST))
+
+    def loss(self, parameters: Parameters, counted: Flags | None = None) -> float:
+        """Return what a fit lowers: the misfit, or without a truth the surprise of the observer."""
+        if self.with_truth or not parameters.s1.bias_time_constant > 0.0:
+            return self.misfit(parameters, counted)
+        return self.surprise(parameters, counted)
 
 
 def unlikelihood(output: Output, noise: float, counted: Flags) -> float:
@@ -78,10 +94,23 @@ def unlikelihood(output: Output, noise: float, counted: Flags) -> float:
     """
     there = counted & np.isfinite(output.innovation)
     there[:SETTLING] = False
-    variance = output.variance[there] * noise**2
-    error = output.innovation[there]
-    if error.size == 0:
+    if not there.any():
         return np.inf
+    return _student(output.innovation[there], output.variance[there] * noise**2)
+
+
+def plain_surprise(error: Reals) -> float:
+    """Return the surprise of errors that all have one variance, the likeliest.
+
+    Args:
+        error: Errors of some prediction of S2, shape (m,).
+    """
+    typical = max(root_mean_square(error), TINY)
+    return math.exp(min(_student(error, np.square(each * typical)) for each in _SIZES))
+
+
+def _student(error: Reals, variance: Reals) -> float:
+    """Return the mean negative log-likelihood of errors of Student's distribution."""
     tail = 0.5 * (FREEDOM + 1.0) * np.log1p(error**2 / (FREEDOM * variance))
     return float(np.mean(0.5 * np.log(variance) + tail))
 
@@ -113,13 +142,11 @@ class FitSpec(NamedTuple):
         space: What moves.
         starts: Values to start from, by dotted name; shares as shares.
         evaluations: How many evaluations a fit may take.
-        by_surprise: Whether S2 is to be predicted well, rather than the target to be met.
     """
 
     space: Space
     starts: Sequence[Mapping[str, float]]
     evaluations: Evaluations
-    by_surprise: bool = False
 
     @property
     def planned(self) -> int:
@@ -131,7 +158,7 @@ class FitSpec(NamedTuple):
 def cost_of(
     problem: Problem, spec: FitSpec, counted: Flags | None = None
 ) -> Callable[[Reals], float]:
-    """Return what a fit minimises: the misfit, increased with the distance from usual values.
+    """Return what a fit minimises: the loss, increased with the distance from usual values.
 
     Args:
         problem: What is fitted.
@@ -141,9 +168,7 @@ def cost_of(
 
     def cost(point: Reals) -> float:
         parameters = replace(problem.base, spec.space.values(point))
-        if spec.by_surprise:
-            return problem.surprise(parameters, counted) + spec.space.away(point)
-        return problem.misfit(parameters, counted) * (1.0 + spec.space.away(point))
+        return problem.loss(parameters, counted) * (1.0 + spec.space.away(point))
 
     return cost
 

@@ -13,12 +13,16 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals
+from fuzzy_fusion_ros.batch.cleaning import without_noise, without_spikes
+from fuzzy_fusion_ros.batch.lag import read_through
+from fuzzy_fusion_ros.batch.series import Series, seconds
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.tuning.candidates import Candidate, candidates_for
 from fuzzy_fusion_ros.tuning.characterise import TINY, Characteristics
-from fuzzy_fusion_ros.tuning.fit import FitSpec, Problem, cost_of, fits
+from fuzzy_fusion_ros.tuning.fit import FitSpec, Problem, cost_of, fits, plain_surprise
 from fuzzy_fusion_ros.tuning.search import Minimum, Pool, Search
+from fuzzy_fusion_ros.tuning.space import trusted
 
 BLOCKS = 4
 """Parts of the recording, each of which is left out of one fit."""
@@ -26,11 +30,15 @@ BLOCKS = 4
 CLEARLY_BETTER = 0.85
 """A simpler candidate is chosen if its error on unseen blocks is at most this share."""
 
+S1_PAYS = 0.8
+"""Without a truth, S1 must lower the surprise to this of what S2 alone foretells of itself, unless
+its changes explain those of S2."""
+
 ENOUGH_S2 = 50
 """With fewer samples of S2 the bias alone is learnt."""
 
-RULES_PAY = 0.05
-"""Without a truth, the rules must lower the surprise by this."""
+RULES_PAY = 0.95
+"""Without a truth, the rules must lower the surprise to this share."""
 
 _REFIT_SPREAD = 0.1
 
@@ -45,7 +53,7 @@ class FittedCandidate(NamedTuple):
         fitted: Error of these over the whole recording.
         unseen: Error over all blocks, in each with a fit to the others.
         unseen_blocks: That error in each block.
-        surprise: How badly it predicts S2 on unseen blocks; 0 where it is not fitted to that.
+        surprise: How badly it predicts S2 on unseen blocks, unit of the signal; 0 with a truth.
     """
 
     name: str
@@ -64,18 +72,17 @@ def planned(sensors: Characteristics, with_truth: bool) -> int:
 
 
 def cross_validate(
-    problem: Problem, sensors: Characteristics, with_truth: bool, pool: Pool, seed: int
+    problem: Problem, sensors: Characteristics, pool: Pool, seed: int
 ) -> list[FittedCandidate]:
     """Fit and cross-validate every candidate, the simplest first.
 
     Args:
         problem: What is fitted.
         sensors: What the sensors are like.
-        with_truth: Whether the target is a truth.
         pool: Where the fits run.
         seed: Seed of all of them.
     """
-    candidates = candidates_for(sensors, with_truth)
+    candidates = candidates_for(sensors, problem.with_truth)
     best = fits(problem, [each.spec for each in candidates], pool, (seed, 0))
     blocks = blocks_of(problem.counted)
     searches = [
@@ -90,24 +97,52 @@ def cross_validate(
         for k, block in enumerate(blocks)
     ]
     answers = iter(pool.run(searches))
-    return [
+    found = [
         _validated(problem, candidate, fit, blocks, [next(answers) for _ in blocks])
         for candidate, fit in zip(candidates, best, strict=True)
     ]
+    if problem.with_truth:
+        return found
+    alone = {"s1": _s1_surprise(problem.series, sensors), "s2": _s2_surprise(problem.series)}
+    return [each._replace(surprise=alone.get(each.name, each.surprise)) for each in found]
 
 
-def chosen(candidates: Sequence[FittedCandidate], s2_samples: int) -> FittedCandidate:
+def _s1_surprise(series: Series, sensors: Characteristics) -> float:
+    """Return how badly S1, as it is, predicts S2 through its lag."""
+    s1_s, s2_s = seconds(series)
+    clean = without_noise(s1_s, without_spikes(series.s1)[0], sensors.s2_interval)
+    return plain_surprise(read_through(trusted(sensors.lag), s1_s, clean, s2_s) - series.s2)
+
+
+def _s2_surprise(series: Series) -> float:
+    """Return how badly S2 predicts itself: held, or along a straight line."""
+    held = np.diff(series.s2)
+    return min(plain_surprise(held), plain_surprise(np.diff(held)))
+
+
+def chosen(
+    candidates: Sequence[FittedCandidate],
+    s2_samples: int,
+    with_truth: bool = True,
+    related: bool = True,
+) -> FittedCandidate:
     """Return the candidate to take.
 
     Args:
         candidates: All of them.
         s2_samples: How many samples of S2 they were fitted to.
+        with_truth: Whether to a truth; without, what counts is how well S2 is predicted.
+        related: Whether changes of S1 explain those of S2.
     """
     named = {each.name: each for each in candidates}
     bias, slope, full = named["bias"], named["slope"], named["full"]
     best = bias if s2_samples < ENOUGH_S2 else full
-    if best is full and full.surprise > slope.surprise - RULES_PAY and full.surprise != 0.0:
-        best = slope
+    if not with_truth:
+        if best is full and full.surprise > RULES_PAY * slope.surprise:
+            best = slope
+        if not related and best.surprise > S1_PAYS * named["s2"].surprise:
+            return named["s2"]
+        return named["s1"] if RULES_PAY * named["s1"].surprise <= best.surprise else best
     simpler = min((bias, slope, named["aggregator"]), key=_unseen)
     if simpler.unseen <= CLEARLY_BETTER * best.unseen:
         best = simpler
@@ -134,8 +169,8 @@ def _validated(
     ]
     sizes = [np.count_nonzero(block) for block in blocks]
     surprise = 0.0
-    if candidate.spec.by_surprise:
-        surprise = _mean(
+    if not problem.with_truth:
+        surprise = _geometric_mean(
             [
                 problem.surprise(_at(problem, candidate.spec, refit.point), block)
                 for block, refit in zip(blocks, refits, strict=True)
@@ -153,9 +188,9 @@ def _validated(
     )
 
 
-def _mean(values: list[float]) -> float:
+def _geometric_mean(values: list[float]) -> float:
     finite = [each for each in values if np.isfinite(each)]
-    return float(np.mean(finite)) if finite else np.inf
+    return float(np.exp(np.mean(np.log(finite)))) if finite else np.inf
 
 
 def _at(problem: Problem, spec: FitSpec, point: Reals) -> Parameters:

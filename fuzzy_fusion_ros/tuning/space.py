@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy_fusion_ros.batch.arrays import Reals
+from fuzzy_fusion_ros.batch.lag import TRUSTED, Lag
 from fuzzy_fusion_ros.core.numerics import clamped
 from fuzzy_fusion_ros.parameters.group import Descriptor, Group, descriptors
 from fuzzy_fusion_ros.tuning.characterise import TINY, Characteristics
@@ -193,7 +194,8 @@ def bias_axes(sensors: Characteristics) -> list[Axis]:
     that is; a bias that walks as far as S1 was seen to.
     """
     shortest = 0.1 * sensors.s1_interval
-    lag = max(sensors.lag.total, sensors.s1_interval)
+    found = trusted(sensors.lag)
+    lag = max(found.total, sensors.s1_interval)
     longest = max(3.0 * (lag + sensors.s2_delivery), 1.0, 2.0 * shortest)
     sure = 0.06 if sensors.lag.correlation > SURE else 0.02
     wander = max(sensors.wander, sensors.s2_noise)
@@ -209,14 +211,14 @@ def bias_axes(sensors: Characteristics) -> list[Axis]:
             "s2.lag_time_constant",
             shortest,
             longest,
-            max(sensors.lag.time_constant, 0.3 * lag),
+            max(found.time_constant, 0.3 * lag),
             pull=sure,
         ),
         Axis(
             "s2.delay",
             shortest,
             longest,
-            max(sensors.lag.delay + sensors.s2_delivery, 0.05 * lag),
+            max(found.delay + sensors.s2_delivery, 0.05 * lag),
             pull=sure / 2.0,
         ),
         _around("s1.bias_time_constant", usual_bias_time(sensors), 1e-3, 1e3, 0.0025),
@@ -231,6 +233,11 @@ def bias_axes(sensors: Characteristics) -> list[Axis]:
 def noise_axis(sensors: Characteristics) -> Axis:
     """Return the axis of S2's noise, which has a unit only where innovations are to have one."""
     return _around("s2.noise", sensors.s2_noise, 0.3, 300.0, 0.0)
+
+
+def trusted(lag: Lag) -> Lag:
+    """Return a measured lag, or none where it is no more than a guess."""
+    return lag if lag.correlation >= TRUSTED else Lag(0.0, 0.0, lag.correlation)
 
 
 def slope_axes(sensors: Characteristics) -> list[Axis]:

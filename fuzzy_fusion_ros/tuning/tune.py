@@ -38,6 +38,9 @@ INSTANT = 0.1
 SHORTENING_COSTS = 1.02
 """The bias's time constant is shortened while that increases the misfit by no more than this."""
 
+UNSEEN = 1.5
+"""Without a truth, errors are larger by this than what S2's innovations show."""
+
 FAR_BEYOND = (4.0, 8.0)
 """A difference becomes large at these multiples of the largest innovation of the recording."""
 
@@ -49,6 +52,9 @@ S1_PATIENCE = 10.0
 
 BETTER_BY = 0.97
 """The predictor is switched on if it lowers the error to this share."""
+
+_LOW_PASSES = (0.3, 100.0, 20)
+"""Shortest, longest and number of time constants to try, in intervals of S1."""
 
 _FLOORS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 """What of S1's noise may come through, in multiples of the error."""
@@ -127,16 +133,20 @@ def tune(
     if before.s1.timeout > 0.0:  # else it is automatic
         patience = {"s1.timeout": max(before.s1.timeout, S1_PATIENCE * sensors.s1_interval)}
         base = replace(before, allowed(Parameters, patience))
-    problem = Problem(series, target, counted, base)
+    with_truth = truth is not None
+    problem = Problem(series, target, counted, base, with_truth)
     outputs(base, series)  # compiles it in this thread, so that the pool's threads do not wait
     baselines.warm_up(series)
-    with_truth = truth is not None
     planned = model_selection.planned(sensors, with_truth) + baselines.planned()
     with Pool(threads, progress, planned) as pool:
-        candidates = model_selection.cross_validate(problem, sensors, with_truth, pool, seed)
+        candidates = model_selection.cross_validate(problem, sensors, pool, seed)
         fitted = baselines.fit_baselines_in(pool, series, target, counted, seed)
-    best = model_selection.chosen(candidates, int(series.s2_known[-1]))
-    final = shorten_bias_time_constant(problem, simplified(problem, best.parameters))
+    best = model_selection.chosen(candidates, int(series.s2_known[-1]), with_truth, sensors.related)
+    final = best.parameters
+    if with_truth:
+        final = shorten_bias_time_constant(problem, simplified(problem, final))
+    elif sensors.related:
+        final = with_low_pass(problem, sensors, final)
     final = with_safety_net(problem, final)
     after = with_predictor(problem, rounded(problem, final))
     if with_truth:
@@ -158,6 +168,24 @@ def tune(
         baselines=fitted.parameters,
         baseline_errors=dict(fitted.errors),
     )
+
+
+def with_low_pass(problem: Problem, sensors: Characteristics, parameters: Parameters) -> Parameters:
+    """Fit the low-pass to the reference: S2, which is slow, hardly sees what S1's noise does.
+
+    Args:
+        problem: What was fitted.
+        sensors: What the sensors are like.
+        parameters: The result; it stays as it is unless the bias is learnt.
+    """
+    if not parameters.s1.bias_time_constant > 0.0:
+        return parameters
+    times = sensors.s1_interval * np.geomspace(*_LOW_PASSES)
+    tried = [
+        replace(parameters, allowed(Parameters, {"s1.lowpass_time_constant": float(each)}))
+        for each in (0.0, *times)
+    ]
+    return min(tried, key=problem.misfit)
 
 
 def simplified(problem: Problem, parameters: Parameters) -> Parameters:
@@ -253,7 +281,7 @@ def with_deviation(problem: Problem, parameters: Parameters, optimism: float) ->
 
 
 def with_assumed_deviation(sensors: Characteristics, parameters: Parameters) -> Parameters:
-    """Set what of S1's noise comes through its low-pass; S2's noise is fitted, so that is all.
+    """Set what of S1's noise comes through its low-pass, and a factor for what S2 does not show.
 
     Args:
         sensors: What the sensors are like.
@@ -261,7 +289,8 @@ def with_assumed_deviation(sensors: Characteristics, parameters: Parameters) -> 
     """
     gain = lag_gain(sensors.s1_interval, parameters.s1.lowpass_time_constant)
     through = sensors.s1_noise * math.sqrt(gain / (2.0 - gain))
-    return replace(parameters, allowed(Parameters, {"s1.noise": through}))
+    changes = {"estimate.deviation_scale": UNSEEN, "s1.noise": through}
+    return replace(parameters, allowed(Parameters, changes))
 
 
 def rounded(problem: Problem, parameters: Parameters) -> Parameters:

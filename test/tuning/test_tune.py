@@ -199,7 +199,7 @@ def test_the_bias_is_learnt_as_quickly_as_costs_next_to_nothing(recording: Made)
     quick = shorten_bias_time_constant(problem, slow)
     assert quick.s1.bias_time_constant < 100.0
     assert problem.misfit(quick) <= SHORTENING_COSTS * problem.misfit(slow)
-    unlearnt = replace(slow, {"s1.bias_time_constant": INSTANT * 0.2})
+    unlearnt = replace(slow, {"s1.bias_time_constant": INSTANT * 0.1})
     assert shorten_bias_time_constant(problem, unlearnt) == unlearnt
 
 
@@ -244,10 +244,28 @@ def test_the_whole_is_chosen_unless_less_is_clearly_better(
 
 
 def test_without_a_truth_the_rules_have_to_predict_s2_better() -> None:
-    alone = [candidate(each, GOOD[each]) for each in ("s2", "s1", "aggregator", "bias")]
-    for surprise, name in ((-1.04, "slope"), (-1.06, "full")):
-        both = [candidate("slope", 1.0, -1.0), candidate("full", 1.0, surprise)]
-        assert chosen([*alone, *both], 100).name == name
+    alone = [candidate(each, GOOD[each], 2.0) for each in ("s2", "s1", "aggregator", "bias")]
+    for surprise, name in ((0.96, "slope"), (0.94, "full")):
+        both = [candidate("slope", 1.0, 1.0), candidate("full", 1.0, surprise)]
+        assert chosen([*alone, *both], 100, with_truth=False).name == name
+
+
+@pytest.mark.parametrize(
+    ("s1", "s2", "related", "name"),
+    [
+        (2.0, 2.0, False, "full"),
+        (2.0, 1.0, False, "s2"),  # S2 foretells itself as well
+        (2.0, 1.0, True, "full"),
+        (0.89, 2.0, True, "s1"),  # S1 as it is, too
+    ],
+)
+def test_without_a_truth_a_sensor_alone_is_chosen_by_how_it_foretells_s2(
+    s1: float, s2: float, related: bool, name: str
+) -> None:
+    sensors = [candidate("s2", 0.0, s2), candidate("s1", 0.0, s1), candidate("aggregator", 0.0)]
+    rest = [candidate(each, 1.0, 0.9) for each in ("bias", "slope")]
+    full = candidate("full", 1.0, 0.85)
+    assert chosen([*sensors, *rest, full], 100, False, related).name == name
 
 
 def test_blocks_are_equal_parts_of_what_counts() -> None:
