@@ -131,7 +131,7 @@ def _observer(name: str, sensors: Characteristics, lost: float, with_truth: bool
         {bias: 0.1 * usual, drift: 300.0 * sensors.span, "aggregator.weight.large": 1.0 / 3.0},
     )
     if not with_truth:
-        if sensors.lag.correlation < SURE:
+        if sensors.lag.correlation < SURE or sensors.moves_one_way:
             fixed |= {each.name: each.usual for each in axes if each.name in LAGS}
             axes = [each for each in axes if each.name not in LAGS]
         axes.append(noise_axis(sensors))

@@ -22,6 +22,9 @@ FEWEST_S2 = 10
 
 TINY = 1e-12
 
+ONE_WAY = 0.7
+"""Where S2 moves this steadily one way, its lag and S1's bias cannot be told apart."""
+
 QUIETEST = 1e-4
 """S2's noise is at least this share of S2's own standard deviation."""
 
@@ -47,6 +50,7 @@ class Characteristics(NamedTuple):
         wander: Standard deviation of that difference about its line, unit of the signal.
         difference: Median of ``|S1 - S2|``, unit of the signal.
         rate: Root mean square of dS2/dt, unit of the signal per second.
+        one_way: Magnitude of the mean of dS2/dt, over ``rate``: 1 for a straight line.
     """
 
     span: float
@@ -65,6 +69,12 @@ class Characteristics(NamedTuple):
     wander: float
     difference: float
     rate: float
+    one_way: float
+
+    @property
+    def moves_one_way(self) -> bool:
+        """Whether a lag of S2 looks the same as a bias of S1, so that neither can be told."""
+        return self.one_way > ONE_WAY
 
     @property
     def has_spikes(self) -> bool:
@@ -95,6 +105,8 @@ def characterise(series: Series) -> Characteristics:
     drift = float(about @ error / (about @ about))
     known = series.s2_known > 0
     apart = np.abs(held_s2(series) - s1)[known]
+    rates = np.diff(series.s2) / np.diff(s2_s)
+    rate = max(root_mean_square(rates), TINY)
     return Characteristics(
         span=float(s1_s[-1] - s1_s[0]),
         s1_interval=float(np.median(np.diff(s1_s))),
@@ -111,7 +123,8 @@ def characterise(series: Series) -> Characteristics:
         drift=drift,
         wander=float(np.std(error - drift * about)),
         difference=max(float(np.median(apart)), TINY),
-        rate=max(root_mean_square(np.diff(series.s2) / np.diff(s2_s)), TINY),
+        rate=rate,
+        one_way=min(abs(float(rates.mean())) / rate, 1.0),
     )
 
 

@@ -111,7 +111,7 @@ def _s1_surprise(series: Series, sensors: Characteristics) -> float:
     """Return how badly S1, as it is, predicts S2 through its lag."""
     s1_s, s2_s = seconds(series)
     clean = without_noise(s1_s, without_spikes(series.s1)[0], sensors.s2_interval)
-    return plain_surprise(read_through(trusted(sensors.lag), s1_s, clean, s2_s) - series.s2)
+    return plain_surprise(read_through(trusted(sensors), s1_s, clean, s2_s) - series.s2)
 
 
 def _s2_surprise(series: Series) -> float:

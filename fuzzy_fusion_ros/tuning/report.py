@@ -166,6 +166,11 @@ def _gap(sensors: Characteristics) -> str:
 
 def _trust(sensors: Characteristics) -> str:
     correlation = sensors.lag.correlation
+    if sensors.moves_one_way:
+        return (
+            "; this is meaningless, and so is the bias: the signal moves one way, and a lag of S2 "
+            "then looks like a bias of S1; record motion both ways"
+        )
     if not sensors.related:
         return (
             f"; this is meaningless: S1 and S2 have no more in common than unrelated signals "

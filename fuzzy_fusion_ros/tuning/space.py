@@ -194,7 +194,7 @@ def bias_axes(sensors: Characteristics) -> list[Axis]:
     that is; a bias that walks as far as S1 was seen to.
     """
     shortest = 0.1 * sensors.s1_interval
-    found = trusted(sensors.lag)
+    found = trusted(sensors)
     lag = max(found.total, sensors.s1_interval)
     longest = max(3.0 * (lag + sensors.s2_delivery), 1.0, 2.0 * shortest)
     sure = 0.06 if sensors.lag.correlation > SURE else 0.02
@@ -235,9 +235,11 @@ def noise_axis(sensors: Characteristics) -> Axis:
     return _around("s2.noise", sensors.s2_noise, 0.3, 300.0, 0.0)
 
 
-def trusted(lag: Lag) -> Lag:
-    """Return a measured lag, or none where it is no more than a guess."""
-    return lag if lag.correlation >= TRUSTED else Lag(0.0, 0.0, lag.correlation)
+def trusted(sensors: Characteristics) -> Lag:
+    """Return the lag as measured, or none where that is no more than a guess."""
+    lag = sensors.lag
+    is_measured = lag.correlation >= TRUSTED and not sensors.moves_one_way
+    return lag if is_measured else Lag(0.0, 0.0, lag.correlation)
 
 
 def slope_axes(sensors: Characteristics) -> list[Axis]:

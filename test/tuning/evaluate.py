@@ -1,6 +1,11 @@
 """Tunes on the first half of every stand-in and scores on the second, beside the baselines.
 
 python test/tuning/evaluate.py --seeds 0-4
+
+Or on recordings: CSV files with the columns ``t,s1,ref`` (``ref`` may be empty) and, beside each,
+one with ``t,s2`` whose name ends in ``_s2``.
+
+python test/tuning/evaluate.py --csv car_accel.csv
 """
 
 from __future__ import annotations
@@ -16,12 +21,13 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from tuning.recordings import Made
+from tuning.recordings import START_NS, Made
 from tuning.standins import HOSTILE, STANDINS, standin
 
 from fuzzy_fusion_ros.baselines import methods
 from fuzzy_fusion_ros.batch.series import Series, fusion, run
 from fuzzy_fusion_ros.tuning import tune
+from fuzzy_fusion_ros.tuning.characterise import TINY
 
 SINGLE = ("s1", "s2")
 ENOUGH = 0.9
@@ -36,19 +42,37 @@ def main() -> None:
     given = _parser().parse_args()
     first, _, last = given.seeds.partition("-")
     rows = []
-    for name in given.kinds or [*STANDINS, *HOSTILE]:
-        for seed in range(int(first), int(last or first) + 1):
-            made = standin(name, seed)
-            rows += [evaluated(name, seed, made, with_truth) for with_truth in (True, False)]
-            for row in rows[-2:]:
-                print(line(row), flush=True)
-    for title, kinds in (("stand-ins", STANDINS), ("hostile", HOSTILE)):
+    chosen = [] if given.csv else given.kinds or [*STANDINS, *HOSTILE]
+    kinds = [(name, seed) for name in chosen for seed in range(int(first), int(last or first) + 1)]
+    cases = [(name, seed, standin(name, seed)) for name, seed in kinds]
+    cases += [(path.stem, 0, recorded(path)) for path in given.csv]
+    for name, seed, made in cases:
+        rows += [evaluated(name, seed, made, with_truth) for with_truth in (True, False)]
+        for row in rows[-2:]:
+            print(line(row), flush=True)
+    for title in ("stand-ins", "hostile", "recordings"):
         for with_truth in (True, False):
-            chosen = [r for r in rows if r["kind"] in kinds and r["truth"] == with_truth]
-            if chosen:
-                print(f"{title}, {'with' if with_truth else 'without'} truth: {summed(chosen)}")
+            these = [r for r in rows if title == group(r) and r["truth"] == with_truth]
+            if these:
+                print(f"{title}, {'with' if with_truth else 'without'} truth: {summed(these)}")
     if given.json:
         Path(given.json).write_text(json.dumps(rows, indent=1), encoding="utf-8")
+
+
+def group(row: dict[str, Any]) -> str:
+    """Return what a row is counted with."""
+    if row["kind"] in HOSTILE:
+        return "hostile"
+    return "stand-ins" if row["kind"] in STANDINS else "recordings"
+
+
+def recorded(path: Path) -> Made:
+    """Read a recording from its two CSV files."""
+    fast = np.genfromtxt(path, delimiter=",", names=True)
+    slow = np.genfromtxt(path.with_name(f"{path.stem}_s2.csv"), delimiter=",", names=True)
+    s1_ns, s2_ns = (START_NS + np.round(each["t"] * 1e9).astype(np.int64) for each in (fast, slow))
+    known = np.searchsorted(s2_ns, s1_ns, side="right")
+    return Made(Series(s1_ns, fast["s1"], s2_ns, slow["s2"], known), fast["ref"])
 
 
 def evaluated(name: str, seed: int, made: Made, with_truth: bool) -> dict[str, Any]:
@@ -66,11 +90,19 @@ def evaluated(name: str, seed: int, made: Made, with_truth: bool) -> dict[str, A
     )
     tuned = tune(learnt, made.truth[:half] if with_truth else None, threads=1)
 
+    where = np.isfinite(made.truth) & (series.s2_known > 0)
+    where[:half] = False
+
     def rmse(method: Any) -> float:
-        error = (run(method, series).value - made.truth)[half:]
+        error = (run(method, series).value - made.truth)[where]
         return float(np.sqrt(np.mean(np.square(error))))
 
+    trace = run(fusion(tuned.parameters), series)
+    scaled = (
+        np.abs(trace.value - made.truth)[where] / np.maximum(trace.standard_deviation, TINY)[where]
+    )
     return {
+        "within": [float(np.mean(scaled <= factor)) for factor in (1.0, 2.0)],
         "kind": name,
         "seed": seed,
         "truth": with_truth,
@@ -105,6 +137,7 @@ def line(row: dict[str, Any]) -> str:
         f"{row['kind']:16}{row['seed']:4} {'truth' if row['truth'] else 'free ':6}"
         f"{ratio(row):6.2f}  ours {row['ours']:.4f} ({row['chosen'][:5]:5})  "
         f"{best} {row['others'][best]:.4f}  {candidates}  r {row['correlation']:.2f} "
+        f"1sd {row['within'][0]:.2f} 2sd {row['within'][1]:.2f} "
         f"{row['seconds']:.0f} s"
     )
 
@@ -125,6 +158,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", default="0", help="one, or FIRST-LAST")
     parser.add_argument("--kinds", nargs="*", help="all unless given")
+    parser.add_argument("--csv", nargs="*", type=Path, default=[], help="recordings instead")
     parser.add_argument("--json", metavar="FILE")
     return parser
 

@@ -33,6 +33,9 @@ def test_a_long_recording_is_run_less_often(sensors: Characteristics) -> None:
 def test_without_a_truth_a_lag_that_is_not_sure_is_kept(sensors: Characteristics) -> None:
     for correlation, moved in ((0.95, True), (0.7, False)):
         unsure = sensors._replace(lag=sensors.lag._replace(correlation=correlation))
+        one_way = candidates_for(unsure._replace(one_way=0.9), with_truth=False)
+        (spec,) = (each.spec for each in one_way if each.name == "full")
+        assert spec.space.values(spec.space.point({}))["s2.lag_time_constant"] < 0.02
         named = {each.name: each.spec for each in candidates_for(unsure, with_truth=False)}
         space = named["full"].space
         assert ("s2.lag_time_constant" in {each.name for each in space.axes}) == moved

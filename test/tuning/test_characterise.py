@@ -103,3 +103,12 @@ def test_a_loose_relation_is_called_a_guess() -> None:
     sensors = characterise(made(Sensors()).series)
     loose = sensors._replace(lag=sensors.lag._replace(correlation=0.4), chance=0.2)
     assert "a guess" in "\n".join(described(loose, "m/s"))
+
+
+def test_on_one_way_lag_and_bias_are_not_told_apart() -> None:
+    series, _ = made(Sensors())
+    assert not characterise(series).moves_one_way
+    ramp_s = (series.s2_ns - series.s2_ns[0]) * 1e-9
+    driving = characterise(series._replace(s2=0.02 * series.s2 + ramp_s))
+    assert driving.moves_one_way
+    assert "a lag of S2 then looks like a bias of S1" in "\n".join(described(driving, ""))

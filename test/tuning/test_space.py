@@ -48,6 +48,7 @@ def recordings(draw: st.DrawFn) -> Characteristics:
         wander=draw(sizes),
         difference=draw(sizes),
         rate=draw(sizes) / draw(times),
+        one_way=draw(shares),
     )
 
 
