@@ -1,0 +1,106 @@
+"""What a visitor of the repository meets: workflows, forms, the action; they name what is there."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from fuzzy_fusion_ros.cli import COMMANDS, score
+
+ROOT = Path(__file__).resolve().parents[1]
+YAML = (
+    ".github/workflows/ci.yml",
+    ".github/ISSUE_TEMPLATE/bug.yml",
+    ".github/ISSUE_TEMPLATE/config.yml",
+    ".github/ISSUE_TEMPLATE/question.yml",
+    ".pre-commit-config.yaml",
+    "CITATION.cff",
+    "action.yml",
+)
+
+
+def document(name: str) -> Any:
+    return yaml.safe_load((ROOT / name).read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("name", YAML)
+def test_it_names_files_targets_and_verbs_that_are_there(name: str) -> None:
+    assert document(name)
+    text = (ROOT / name).read_text()
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+    assert set(re.findall(r"make (?:-C \S+ )?([a-z-]+)\b(?! python3)", text)) <= targets
+    assert set(re.findall(r"fuzzy-fusion ([a-z]\w+)", text)) <= set(COMMANDS)
+    for path in re.findall(
+        r"(?:run: |&& )(?:src/fuzzy_fusion_ros/)?((?:\.ci/\w+|install\.sh))", text
+    ):
+        assert os.access(ROOT / path, os.X_OK)
+
+
+def test_ci_tests_the_distributions_that_there_are_wheels_of() -> None:
+    jobs = document(".github/workflows/ci.yml")["jobs"]
+    matrix = jobs["test"]["strategy"]["matrix"]
+    assert {*matrix["distro"], *(each["distro"] for each in matrix["include"])} == {
+        "jazzy",
+        "kilted",
+    }
+    assert matrix["python"] == ["3.10", "3.11", "3.12", "3.13"]
+    assert "3.14" in jobs["offline"]["strategy"]["matrix"]["python"]
+
+
+def test_pre_commit_checks_at_the_version_of_make_test() -> None:
+    (repository,) = document(".pre-commit-config.yaml")["repos"]
+    assert f'"ruff=={repository["rev"].removeprefix("v")}"' in (ROOT / "setup.py").read_text()
+
+
+def test_a_bug_comes_with_a_check_and_a_bag() -> None:
+    fields = {each["id"]: each for each in document(".github/ISSUE_TEMPLATE/bug.yml")["body"]}
+    assert "fuzzy-fusion check BAG" in fields["check"]["attributes"]["description"]
+    assert fields["bag"]["validations"] == {"required": True}
+
+
+def test_the_paper_is_cited() -> None:
+    paper = document("CITATION.cff")["preferred-citation"]
+    assert paper["title"] in (ROOT / "README.md").read_text()
+
+
+def run_action(folder: Path, **inputs: str) -> subprocess.CompletedProcess[str]:
+    """Run the last step of the action as GitHub does, with its defaults."""
+    action = document("action.yml")
+    values = {name: each.get("default", "") for name, each in action["inputs"].items()} | inputs
+    step = action["runs"]["steps"][-1]
+    variables = {
+        name: values[re.fullmatch(r"\$\{\{ inputs\.(\w+) \}\}", text)[1]]  # type: ignore[index]
+        for name, text in step["env"].items()
+    }
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    return subprocess.run(
+        ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"]],
+        cwd=folder,
+        env={**os.environ, **variables, "PATH": path},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_the_action_fails_where_a_filter_has_become_worse(tmp_path: Path) -> None:
+    bag, baseline = ROOT / "bags" / "nominal", tmp_path / "before.json"
+    params = bag.with_suffix(".yaml")
+    assert score.main([str(bag), "--params", str(params), "--json", str(baseline)]) == 0
+    given = {"bag": str(bag), "params": str(params), "baseline": str(baseline)}
+    done = run_action(tmp_path, **given)
+    assert done.returncode == 0, done.stderr
+    before = json.loads(baseline.read_text())
+    before["estimators"]["estimate"]["rmse"] *= 0.9
+    baseline.write_text(json.dumps(before))
+    done = run_action(tmp_path, **given)
+    assert done.returncode == 1, done.stderr
+    assert run_action(tmp_path, **given, tolerance="20").returncode == 0
