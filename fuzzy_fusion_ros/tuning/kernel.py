@@ -55,6 +55,7 @@ def outputs(parameters: Parameters, series: Series) -> Output:
 
 def _outputs(parameters: Any, sensors: Sensors, series: Series, output: Output) -> None:
     seen = 0
+    started_ns = series.started_ns if series.started_ns > 0 else series.s1_ns[0]
     for k in range(series.s1.size):
         while seen < series.s2_known[k]:
             samples = sensors.belief.samples
@@ -64,7 +65,7 @@ def _outputs(parameters: Any, sensors: Sensors, series: Series, output: Output) 
                 output.variance[seen] = sensors.belief.variance
             seen += 1
         stamp_ns = series.s1_ns[k]
-        mode = mode_at(parameters.s2.timeout, sensors.s2, series.s1_ns[0], stamp_ns)
+        mode = mode_at(parameters.s2.timeout, sensors.s2, started_ns, stamp_ns)
         fa, sensors = fused(parameters, sensors, mode, stamp_ns, series.s1[k])
         output.value[k] = fa.value
         output.difference[k] = np.nan

@@ -344,7 +344,8 @@ def error_of(problem: Problem, parameters: Parameters) -> float:
 
 
 def _block_errors(problem: Problem, parameters: Parameters, blocks: list[Flags]) -> list[float]:
-    value = run(fusion(parameters), problem.series).value
+    method = fusion(parameters, problem.series.started_ns)
+    value = run(method, problem.series).value
     return [root_mean_square((value - problem.target)[block]) for block in blocks]
 
 
