@@ -42,6 +42,9 @@ FILTERS = {
     "complementary_lowpass": "complementary filter, S1 low-passed first",
     "kalman": "Kalman filter, random walk",
     "kalman_bias": "Kalman filter with S1's bias as a state",
+    "kalman_lag": "Kalman filter with S1's bias and S2's lag as states",
+    "kalman_lag_cv": "the same, the signal with a velocity",
+    "error_state": "error-state filter: S1's bias from S2, through its lag",
     "estimate": "this package",
 }
 CAR = "bags/car_accel"

@@ -9,14 +9,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from fuzzy_fusion_ros.baselines.answers import estimated, waiting
+from fuzzy_fusion_ros.baselines.noise import FINEST
 from fuzzy_fusion_ros.baselines.parameters import KalmanParameters
 from fuzzy_fusion_ros.batch.series import Method
 from fuzzy_fusion_ros.core.estimator import Estimate
 from fuzzy_fusion_ros.core.numerics import bounded, seconds_between
 from fuzzy_fusion_ros.parameters.group import numbers
-
-FINEST = 1e6
-"""Largest ratio of prior to measurement standard deviation that is taken into account."""
 
 
 class Belief(NamedTuple):
@@ -127,9 +125,6 @@ def correct(
     belief: Belief, bias_share: float, variance: float, measured: float
 ) -> tuple[float, Belief]:
     """Correct by a measurement of ``signal + bias_share * bias``; covariances in Joseph's form.
-
-    A measurement counts as no more than ``FINEST`` times better than the prior: beyond that,
-    rounding errors would dominate.
 
     Returns:
         The gain of the signal, and the belief after the measurement.

@@ -43,6 +43,64 @@ class KalmanParameters(Group):
 
 
 @dataclass(frozen=True)
+class KalmanLagParameters(Group):
+    """Kalman filter that models S2's lag, and the signal's velocity if that has a deviation."""
+
+    process_noise: float = real(
+        0.1, "random walk of the signal, standard deviation after a second", unit="signal/s^0.5"
+    )
+    velocity_deviation: float = real(
+        0.0, "standard deviation of the signal's velocity; 0 is off", unit="signal/s"
+    )
+    velocity_time_constant: float = real(
+        0.0, "time constant with which the velocity fades", unit="s"
+    )
+    s1_noise: float = real(0.1, "scale of S1's noise", unit="signal", low=1e-12)
+    s2_noise: float = real(0.01, "scale of S2's noise at rest", unit="signal", low=1e-12)
+    s2_motion_noise: float = real(
+        0.01, "scale of S2's noise in motion, in multiples of |dS2/dt|", unit="s"
+    )
+    bias_deviation: float = real(
+        1.0, "standard deviation of S1's bias before any sample", unit="signal"
+    )
+    bias_noise: float = real(
+        0.01, "random walk of S1's bias, standard deviation after a second", unit="signal/s^0.5"
+    )
+    lag_time_constant: float = real(0.2, "time constant of S2's lag", unit="s")
+    second_lag_time_constant: float = real(
+        0.1, "time constant of a second lag in a row, which stands for a delay", unit="s"
+    )
+
+
+@dataclass(frozen=True)
+class ErrorStateParameters(Group):
+    """Error-state filter: S1 propagates the signal, a Kalman filter learns S1's bias."""
+
+    process_noise: float = real(
+        1.0, "random walk of S1, standard deviation after a second", unit="signal/s^0.5"
+    )
+    velocity_deviation: float = real(1.0, "standard deviation of the slope of S1", unit="signal/s")
+    velocity_time_constant: float = real(1.0, "time constant with which that slope fades", unit="s")
+    s1_noise: float = real(0.1, "scale of S1's noise", unit="signal", low=1e-12)
+    lag_time_constant: float = real(0.2, "time constant of S2's lag", unit="s")
+    delay: float = real(0.1, "delay of S2", unit="s")
+    s2_noise: float = real(0.01, "scale of S2's noise at rest", unit="signal", low=1e-12)
+    s2_motion_noise: float = real(
+        0.01, "scale of S2's noise in motion, in multiples of |dS2/dt|", unit="s"
+    )
+    bias_deviation: float = real(
+        1.0, "standard deviation of S1's bias before any sample", unit="signal"
+    )
+    bias_noise: float = real(
+        0.01, "random walk of S1's bias, standard deviation after a second", unit="signal/s^0.5"
+    )
+    slope_deviation: float = real(
+        0.01, "standard deviation of the slope of S1's bias", unit="signal/s"
+    )
+    slope_time_constant: float = real(100.0, "time constant with which the slope fades", unit="s")
+
+
+@dataclass(frozen=True)
 class BaselineParameters(Group):
     """All baselines that have parameters, by their names."""
 
@@ -53,3 +111,8 @@ class BaselineParameters(Group):
     )
     kalman: KalmanParameters = group(KalmanParameters())
     kalman_bias: KalmanParameters = group(KalmanParameters(biased=True, bias_noise=0.01))
+    kalman_lag: KalmanLagParameters = group(KalmanLagParameters())
+    kalman_lag_cv: KalmanLagParameters = group(
+        KalmanLagParameters(process_noise=0.0, velocity_deviation=1.0, velocity_time_constant=1.0)
+    )
+    error_state: ErrorStateParameters = group(ErrorStateParameters())

@@ -8,9 +8,17 @@ from typing import NamedTuple
 
 from fuzzy_fusion_ros.baselines.complementary import complementary
 from fuzzy_fusion_ros.baselines.constant_weight import constant_weight
+from fuzzy_fusion_ros.baselines.error_state import error_state
 from fuzzy_fusion_ros.baselines.kalman import kalman
-from fuzzy_fusion_ros.baselines.parameters import BaselineParameters, ConstantWeightParameters
+from fuzzy_fusion_ros.baselines.kalman_lag import kalman_lag
+from fuzzy_fusion_ros.baselines.parameters import (
+    BaselineParameters,
+    ConstantWeightParameters,
+    ErrorStateParameters,
+    KalmanLagParameters,
+)
 from fuzzy_fusion_ros.batch.series import Method
+from fuzzy_fusion_ros.parameters.group import flatten
 
 
 class Baseline(NamedTuple):
@@ -18,14 +26,20 @@ class Baseline(NamedTuple):
 
     Attributes:
         method: Makes the method.
-        moved: Dotted names of the numbers that a fit moves. Only ratios of noises matter, so one
-            of them is fixed.
+        moved: Dotted names of the numbers that a fit moves. Where only ratios of noises matter,
+            one of them is fixed.
         switches: Dotted names of the booleans of which a fit tries both values.
     """
 
     method: Callable[[BaselineParameters], Method]
     moved: tuple[str, ...] = ()
     switches: tuple[str, ...] = ()
+
+
+def _of_both(name: str) -> tuple[str, ...]:
+    """Name what a fit moves of a Kalman filter with S2's lag, whatever drives its signal."""
+    drives = {"process_noise", "velocity_deviation", "velocity_time_constant"}
+    return tuple(f"{name}.{each}" for each in flatten(KalmanLagParameters()) if each not in drives)
 
 
 BASELINES: Mapping[str, Baseline] = MappingProxyType(
@@ -54,6 +68,22 @@ BASELINES: Mapping[str, Baseline] = MappingProxyType(
         "kalman_bias": Baseline(
             lambda parameters: kalman(parameters.kalman_bias),
             ("kalman_bias.s1_noise", "kalman_bias.s2_noise", "kalman_bias.bias_noise"),
+        ),
+        "kalman_lag": Baseline(
+            lambda parameters: kalman_lag(parameters.kalman_lag),
+            ("kalman_lag.process_noise", *_of_both("kalman_lag")),
+        ),
+        "kalman_lag_cv": Baseline(
+            lambda parameters: kalman_lag(parameters.kalman_lag_cv),
+            (
+                "kalman_lag_cv.velocity_deviation",
+                "kalman_lag_cv.velocity_time_constant",
+                *_of_both("kalman_lag_cv"),
+            ),
+        ),
+        "error_state": Baseline(
+            lambda parameters: error_state(parameters.error_state),
+            tuple(f"error_state.{name}" for name in flatten(ErrorStateParameters())),
         ),
     }
 )

@@ -32,7 +32,7 @@ def fusion_parameters(source: Source) -> Parameters:
 
 
 def baseline_parameters(source: Source) -> BaselineParameters | None:
-    """Return the parameters of the baselines in a file, ``None`` if it has none.
+    """Return the parameters of the baselines in a file, ``None`` if it lacks any of them.
 
     Raises:
         ParameterError: A value is out of range.
@@ -45,7 +45,7 @@ def baseline_parameters(source: Source) -> BaselineParameters | None:
         return None
     known = flatten(BaselineParameters())
     own = {name: value for name, value in values.items() if name in known}
-    return replace(BaselineParameters(), own) if own else None
+    return replace(BaselineParameters(), own) if own.keys() == known.keys() else None
 
 
 def text(

@@ -24,6 +24,9 @@ COLOURS = MappingProxyType(
         "complementary_lowpass": "#66C2A5",
         "kalman": "#CC79A7",
         "kalman_bias": "#882255",
+        "kalman_lag": "#44AA99",
+        "kalman_lag_cv": "#117733",
+        "error_state": "#332288",
     }
 )
 
@@ -43,6 +46,9 @@ NAMES = MappingProxyType(
         "complementary_lowpass": "complementary filter, S1 low-passed",
         "kalman": "Kalman filter",
         "kalman_bias": "Kalman filter with S1's bias",
+        "kalman_lag": "Kalman filter with S2's lag",
+        "kalman_lag_cv": "Kalman filter with S2's lag and a velocity",
+        "error_state": "error-state filter",
     }
 )
 

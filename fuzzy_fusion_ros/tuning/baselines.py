@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping
-from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, baselines_for
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals, root_mean_square
-from fuzzy_fusion_ros.batch.series import Method, Series, run
+from fuzzy_fusion_ros.batch.series import Series, run
 from fuzzy_fusion_ros.parameters.group import Value, flatten, replace
 from fuzzy_fusion_ros.tuning.search import Minimum, Pool, Progress, Search
 from fuzzy_fusion_ros.tuning.space import Axis, Space, space_of
 
-STARTS = MappingProxyType({0: (0.0,), 1: (0.0,), 2: (0.0, 0.15, -0.15), 3: (0.0, 0.15, -0.15)})
-"""Starts of the fits, as distances from the derived parameters, by number of parameters moved."""
+EVALUATIONS = (1, 120, 160, 300, 240)
+"""Evaluations from each start, by number of parameters moved; the last is for more, too, whose
+search ends by least squares."""
 
-EVALUATIONS = MappingProxyType({0: 1, 1: 120, 2: 160, 3: 300})
-"""Evaluations from each start, by number of parameters moved."""
+SHIFTS = (0.0, 0.15, -0.15)
+"""Starts of a fit of two or three parameters, as distances from the derived ones; more parameters
+are fitted from the derived ones only."""
 
 _SPREAD = 0.15
 
@@ -88,7 +89,11 @@ def fit_baselines(
 
 def planned() -> int:
     """Return the largest number of evaluations of all fits together."""
-    return sum(EVALUATIONS[len(each.space.axes)] for each in attempts(BaselineParameters()))
+
+    def nothing(point: Reals) -> Reals:
+        return point
+
+    return sum(_search(each, nothing, 0).planned for each in attempts(BaselineParameters()))
 
 
 def warm_up(series: Series) -> None:
@@ -107,26 +112,16 @@ def fit_baselines_in(
     derived = baselines_for(series)
     listed = list(attempts(derived))
 
-    def cost_of(attempt: Attempt) -> Callable[[Reals], float]:
+    def residuals_of(attempt: Attempt) -> Callable[[Reals], Reals]:
         baseline = BASELINES[attempt.name]
 
-        def cost(point: Reals) -> float:
-            return _misfit(baseline.method(attempt.at(point)), series, target, counted)
+        def residuals(point: Reals) -> Reals:
+            method = baseline.method(attempt.at(point))
+            return run(method, series).value[counted] - target[counted]
 
-        return cost
+        return residuals
 
-    found = pool.run(
-        [
-            Search(
-                cost_of(each),
-                np.clip(each.space.point({}) + each.shift, 0.0, 1.0),
-                _SPREAD,
-                EVALUATIONS[len(each.space.axes)],
-                (seed, 2, each.number),
-            )
-            for each in listed
-        ]
-    )
+    found = pool.run([_search(each, residuals_of(each), seed) for each in listed])
     best: dict[str, tuple[Minimum, Attempt]] = {}
     for fit, attempt in zip(found, listed, strict=True):
         if attempt.name not in best or fit.cost < best[attempt.name][0].cost:
@@ -147,9 +142,23 @@ def attempts(derived: BaselineParameters) -> Iterator[Attempt]:
             switched = replace(derived, dict(zip(baseline.switches, states, strict=True)))
             axes = [_axis(each, flatten(derived)[each]) for each in baseline.moved]
             space = space_of(BaselineParameters, axes, {})
-            for shift in STARTS[len(axes)]:
+            for shift in SHIFTS if len(axes) in {2, 3} else SHIFTS[:1]:
                 yield Attempt(name, switched, space, shift, number)
                 number += 1
+
+
+def _search(attempt: Attempt, residuals: Callable[[Reals], Reals], seed: int) -> Search:
+    """Return the search of an attempt, given its errors at each sample that counts."""
+    moved = len(attempt.space.axes)
+    many = moved >= len(EVALUATIONS) - 1
+    return Search(
+        lambda point: root_mean_square(residuals(point)),
+        np.clip(attempt.space.point({}) + attempt.shift, 0.0, 1.0),
+        _SPREAD,
+        EVALUATIONS[-1 if many else moved],
+        (seed, 2, attempt.number),
+        residuals if many else None,
+    )
 
 
 def _axis(name: str, value: Value) -> Axis:
@@ -157,7 +166,3 @@ def _axis(name: str, value: Value) -> Axis:
     if name.endswith(".weight"):
         return Axis(name, 0.0, 1.0, usual, logarithmic=False)
     return Axis(name, usual / REACH, usual * REACH, usual)
-
-
-def _misfit(method: Method, series: Series, target: Reals, counted: Flags) -> float:
-    return root_mean_square(run(method, series).value[counted] - target[counted])

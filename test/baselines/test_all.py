@@ -67,6 +67,9 @@ def test_their_names_are_those_of_the_scores() -> None:
         "complementary_lowpass",
         "kalman",
         "kalman_bias",
+        "kalman_lag",
+        "kalman_lag_cv",
+        "error_state",
     ]
 
 
@@ -146,5 +149,7 @@ def test_everything_that_has_parameters_can_be_fitted() -> None:
     fixed = {"kalman.process_noise", "kalman.biased", "kalman.bias_noise"}
     fixed |= {"kalman_bias.process_noise", "kalman_bias.biased"}
     fixed |= {"complementary.lowpass_time_constant"}
+    fixed |= {"kalman_lag.velocity_deviation", "kalman_lag.velocity_time_constant"}
+    fixed |= {"kalman_lag_cv.process_noise"}
     switches = {name for each in BASELINES.values() for name in each.switches}
     assert moved | fixed | switches == set(flatten(BaselineParameters()))

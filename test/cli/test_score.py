@@ -9,7 +9,11 @@ import pytest
 from bag.recorded import swing, write_scalars
 from tuning.quick import be_quick
 
+from fuzzy_fusion_ros.baselines import BaselineParameters
 from fuzzy_fusion_ros.cli.score import main
+from fuzzy_fusion_ros.jobs.parameter_file import write
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 
 
 @pytest.fixture(autouse=True)
@@ -119,11 +123,12 @@ def test_a_regression_is_named(
 def test_the_parameters_run_where_there_is_no_estimate(tmp_path: Path) -> None:
     bag = write_scalars(tmp_path / "bag", swing(estimate=False))
     params = tmp_path / "params.yaml"
-    params.write_text(
-        "fusion_node:\n  ros__parameters:\n    aggregator.weight.small: 0.5\n"
-        "    aggregator.weight.large: 0.5\n    aggregator.weight.very_small: 0.5\n"
-        "    aggregator.weight.very_large: 0.5\n    aggregator.drift.large: 0.0\n"
-        "baselines:\n  ros__parameters:\n    constant_weight:\n      weight: 1.0\n"
+    weights = ("very_small", "small", "large", "very_large")
+    half = {f"aggregator.weight.{each}": 0.5 for each in weights}
+    write(
+        params,
+        replace(Parameters(), {**half, "aggregator.drift.large": 0.0}),
+        replace(BaselineParameters(), {"constant_weight.weight": 1.0}),
     )
     assert main([str(bag), "--params", str(params), "--json", str(tmp_path / "a.json")]) == 0
     found = json.loads((tmp_path / "a.json").read_text())["estimators"]
