@@ -11,6 +11,9 @@ from fuzzy_fusion_ros.scoring.score import Score
 from fuzzy_fusion_ros.text.table import WIDTH, number_column, text_table
 from fuzzy_fusion_ros.text.visible import visible
 
+BEST_BASELINE = "+"
+"""Marks the best baseline of a recording: the one to beat."""
+
 LONGEST_NAME = 24
 """Characters of a recording's name, counted from its end, at the head of a column."""
 
@@ -60,7 +63,7 @@ def outline(score: Score) -> str:
     return (
         f"{score.matched} of {score.of} estimates matched to the truth, {begin:.2f} s to "
         f"{end:.2f} s; estimate: {origin}; baselines: {score.baselines}; "
-        f"modes: {in_words(score.modes)}"
+        f"the best of them is marked {BEST_BASELINE}; modes: {in_words(score.modes)}"
     )
 
 
@@ -80,7 +83,8 @@ def cells(score: Score, metrics: Sequence[str] = tuple(METRICS)) -> list[tuple[s
         The rows of a table, below two rows of headers: names and units.
     """
     scores = {name: score.scores(name) for name in score.values}
-    columns = [["", "", *scores]]
+    best = score.best_baseline
+    columns = [["", "", *(f"{each} {BEST_BASELINE}" if each == best else each for each in scores)]]
     for metric in metrics:
         values = [each[metric] for each in scores.values()]
         columns.append(number_column(metric, _unit(metric, score.unit), values))

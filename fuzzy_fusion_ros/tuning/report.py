@@ -59,18 +59,21 @@ def error_title(tuned: Tuned, unit: str) -> str:
 
 def candidates(tuned: Tuned) -> list[tuple[str, str, str, str]]:
     """Return the candidates and the baselines as rows of a table, below one of headers."""
+    best = min(tuned.baseline_errors, key=tuned.baseline_errors.__getitem__)
     rows = [("candidate", "fitted", "unseen", "")]
     rows += [
         (
             each.name,
             f"{each.fitted:.4g}",
             f"{each.unseen:.4g}",
-            each.text + (" (chosen)" if each.name == tuned.chosen else ""),
+            each.text
+            + (" (chosen)" if each.name == tuned.chosen else "")
+            + (", the best baseline" if each.name == best else ""),
         )
         for each in tuned.candidates
     ]
     rows += [
-        (name, f"{error:.4g}", "", "baseline, fitted to the same target")
+        (name, f"{error:.4g}", "", "the best baseline" if name == best else "baseline")
         for name, error in tuned.baseline_errors.items()
         if name not in {"s1", "s2"}
     ]

@@ -21,7 +21,7 @@ from fuzzy_fusion_ros.parameters.errors import BagError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.scoring.metrics import METRICS, ScoreError
-from fuzzy_fusion_ros.scoring.report import report, summary, table
+from fuzzy_fusion_ros.scoring.report import BEST_BASELINE, report, summary, table
 from fuzzy_fusion_ros.scoring.score import DERIVED, FITTED, GIVEN, Fit, Score, score_bag
 from fuzzy_fusion_ros.text.table import WIDTH
 
@@ -69,6 +69,8 @@ def test_the_figures_are_those_of_the_samples(bag: Path) -> None:
     assert found["iae"] == pytest.approx(0.05)
     assert found["itae"] == pytest.approx(0.01 * 0.01 * sum(k * 0.01 for k in range(500)))
     assert score.scores("s1")["bias"] == pytest.approx(0.1)
+    rmses = {name: score.scores(name)["rmse"] for name in BASELINES}
+    assert rmses[score.best_baseline] == min(rmses.values())
     assert (score.matched, score.of) == (500, 500)
     assert score.span_s == pytest.approx((0.0, 4.99))
     assert not score.recomputed
@@ -76,7 +78,7 @@ def test_the_figures_are_those_of_the_samples(bag: Path) -> None:
 
 def test_the_json_is_the_contracts(bag: Path) -> None:
     document = json.loads(json.dumps(scored(bag).as_json(), allow_nan=False))
-    assert list(document) == ["matched", "of", "span_s", "unit", "estimators"]
+    assert list(document) == ["matched", "of", "span_s", "unit", "best_baseline", "estimators"]
     assert document["unit"] is None
     assert list(document["estimators"]) == ["estimate", *BASELINES]
     required = {"estimate", "s1", "s2", "average", "complementary", "kalman", "kalman_bias"}
@@ -269,12 +271,15 @@ def test_the_table_has_every_metric_and_estimator(bag: Path) -> None:
     assert [name for block in blocks for name in block.splitlines()[0].split()] == list(METRICS)
     assert any(" rad^2 " in block.splitlines()[1] for block in blocks)
     for block in blocks:
-        assert [row.split()[0] for row in block.splitlines()[2:]] == ["estimate", *BASELINES]
+        rows = [row.split() for row in block.splitlines()[2:]]
+        assert [row[0] for row in rows] == ["estimate", *BASELINES]
+        assert [row[0] for row in rows if row[1] == BEST_BASELINE] == [score.best_baseline]
 
 
 def test_the_best_of_each_column_is_marked(bag: Path) -> None:
     score = scored(bag)
-    rows = [line.split() for line in table(score, ("rmse", "bias")).splitlines()]
+    text = table(score, ("rmse", "bias")).replace(f" {BEST_BASELINE} ", "   ")
+    rows = [line.split() for line in text.splitlines()]
     assert rows[:2] == [["rmse", "bias"], []]
     for k, metric in enumerate(("rmse", "bias"), 1):
         values = {name: abs(score.scores(name)[metric]) for name in score.values}
@@ -291,8 +296,8 @@ def test_the_summary_says_what_matched(bag: Path) -> None:
     assert summary(score).splitlines() == [
         "bag",
         "500 of 500 estimates matched to the truth, 0.00 s to 4.99 s; estimate: from the",
-        "bag; baselines: as the recording suggests them, not fitted; modes: FUSED 100 %",
-        "of the time",
+        "bag; baselines: as the recording suggests them, not fitted; the best of them is",
+        "marked +; modes: FUSED 100 % of the time",
     ]
     assert "which flatters them" in summary(score._replace(baselines=FITTED))
     assert "estimate: computed" in summary(score._replace(recomputed=True))
@@ -308,7 +313,9 @@ def test_several_are_shown_side_by_side(bag: Path) -> None:
         ["one", "…long/path/to/another/bag"],
         ["rad", "m"],
     ]
-    assert last[3].split() == ["estimate", "0.01*", "0.01*"]
+    assert last[3].split() == ["estimate", "0.01", "0.01"]
+    best = next(line for line in last if line.startswith(score.best_baseline))
+    assert [each[-1] for each in best.split()[1:]] == ["*", "*"]
     assert report([score]).count("side by side") == 0
 
 
