@@ -11,7 +11,7 @@ from tuning.quick import be_quick
 
 from fuzzy_fusion_ros.baselines import BaselineParameters
 from fuzzy_fusion_ros.cli.score import main
-from fuzzy_fusion_ros.jobs.parameter_file import write
+from fuzzy_fusion_ros.jobs.parameter_file import text
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
 
@@ -125,10 +125,11 @@ def test_the_parameters_run_where_there_is_no_estimate(tmp_path: Path) -> None:
     params = tmp_path / "params.yaml"
     weights = ("very_small", "small", "large", "very_large")
     half = {f"aggregator.weight.{each}": 0.5 for each in weights}
-    write(
-        params,
-        replace(Parameters(), {**half, "aggregator.drift.large": 0.0}),
-        replace(BaselineParameters(), {"constant_weight.weight": 1.0}),
+    params.write_text(
+        text(
+            replace(Parameters(), {**half, "aggregator.drift.large": 0.0}),
+            replace(BaselineParameters(), {"constant_weight.weight": 1.0}),
+        )
     )
     assert main([str(bag), "--params", str(params), "--json", str(tmp_path / "a.json")]) == 0
     found = json.loads((tmp_path / "a.json").read_text())["estimators"]
