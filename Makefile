@@ -47,6 +47,10 @@ docs: venv ## fill tables and pictures of README and docs with what the commands
 	@$(RUN) python docs/make_limitations.py
 	@PYTHONPATH="test$${PYTHONPATH:+:$$PYTHONPATH}" $(RUN) python docs/make_check.py
 
+.PHONY: site
+site: venv ## build the documentation as a website, into out/site
+	@$(RUN) python -m sphinx -W --keep-going -q -b html docs out/site
+
 .PHONY: bench
 bench: venv ## time the estimator, nodes, replay and programs beside what they compare with
 	@PYTHONPATH="test$${PYTHONPATH:+:$$PYTHONPATH}" $(RUN) python -m bench $(ARGS)

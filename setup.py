@@ -82,8 +82,10 @@ TEST = [
     "colcon-ros==0.5.0",  # pinned: the build that the packaging tests were written against
     "coverage>=7.10",  # measures child processes without help
     "filterpy==2.0.0",  # pinned: an oracle for the Kalman filters, and what benchmarks run against
+    "furo",  # the look of the site
     "hypothesis",
     "mypy==2.4.1",  # pinned: each release finds other things
+    "myst-parser",  # the site is written in Markdown
     "networkx",  # scikit-fuzzy imports it without saying so
     "pytest-timeout",
     "pytest-xdist",
@@ -94,6 +96,7 @@ TEST = [
     "selenium",  # drives the browser that looks at reports
     "setuptools>=65,<80",  # colcon needs `setup.py develop --editable`, gone in 80
     "simpful==2.12.0",  # pinned: an oracle for the rules, and what benchmarks run against
+    "sphinx",
     "types-PyYAML",
     "types-tqdm",
     "wheel",

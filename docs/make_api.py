@@ -33,8 +33,9 @@ HEAD = """\
 <!-- made by docs/make_api.py -->
 
 These names are public; everything else may change without notice. The first part needs no ROS, and
-`import fuzzy_fusion_ros` imports nothing else until a name is used. [examples/](../examples) has
-programs that use it; [fusion_node](fusion_node.md#parameters) lists the parameters.
+`import fuzzy_fusion_ros` imports nothing else until a name is used. Programs that use it are
+[fuse_arrays.py](../examples/fuse_arrays.py) and those beside it;
+[fusion_node](fusion_node.md#parameters) lists the parameters.
 """
 TYPES = (
     CheckResult,
