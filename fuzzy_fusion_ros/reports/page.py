@@ -59,6 +59,8 @@ class Chart(NamedTuple):
         unit: Unit of what is drawn, ``""`` for a plain number.
         lines: The lines.
         height: Height in pixels.
+        shares: Whether what is drawn is from 0 to 1.
+        band: Name of an array, if any: the band from minus to plus it is shaded.
     """
 
     name: str
@@ -66,6 +68,8 @@ class Chart(NamedTuple):
     unit: str
     lines: tuple[Line, ...]
     height: int = 180
+    shares: bool = False
+    band: str = ""
 
 
 class Table(NamedTuple):

@@ -17,7 +17,7 @@ from fuzzy_fusion_ros.batch.series import (
     seconds,
 )
 from fuzzy_fusion_ros.core.estimator import WAITING
-from fuzzy_fusion_ros.messages.outputs import RULES
+from fuzzy_fusion_ros.messages.outputs import DEVIATION, RULES
 from fuzzy_fusion_ros.online.mode_shares import shares_of
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.plots.names import COLOURS, NAMES
@@ -52,6 +52,8 @@ def tune_page(tuned: Tuned, series: Series, unit: str, name: str, origin: str, s
         Line("truth", target, COLOURS["truth"], width=1.0),
     )
     behind = {"weight": shares(after.weight), "drift": after.drift}
+    if after.standard_deviation.any():
+        behind[DEVIATION] = after.standard_deviation
     behind |= zip(RULES, shares(after.strengths.T), strict=True)
     rows = candidates(tuned)
     return Page(

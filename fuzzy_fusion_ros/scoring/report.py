@@ -14,6 +14,8 @@ from fuzzy_fusion_ros.text.visible import visible
 BEST_BASELINE = "+"
 """Marks the best baseline of a recording: the one to beat."""
 
+SURENESS_TITLE = "how far their own standard deviations hold"
+
 LONGEST_NAME = 24
 """Characters of a recording's name, counted from its end, at the head of a column."""
 
@@ -34,21 +36,22 @@ def report(scores: Sequence[Score], metrics: Sequence[str] = tuple(METRICS)) -> 
 def _tables(score: Score, metrics: Sequence[str]) -> list[str]:
     tables = [summary(score), table(score, metrics)]
     if score.deviations:
-        tables += ["how far their own standard deviations hold:", sureness(score)]
+        tables += [f"{SURENESS_TITLE}:", sureness(score)]
     return tables
 
 
 def sureness(score: Score) -> str:
-    """Return how far errors are within the standard deviation of those that know theirs.
+    """Return how far errors are within the standard deviation of those that know theirs."""
+    return text_table(sureness_cells(score), align="l" + "r" * len(SURENESS))
 
-    Args:
-        score: The recording.
-    """
+
+def sureness_cells(score: Score) -> list[tuple[str, ...]]:
+    """Return the same as the rows of a table, below one of headers."""
     rows = [("", *SURENESS)]
     for name in score.deviations:
         found = score.scores(name)
         rows.append((name, *(f"{found[each]:.3g}" for each in SURENESS)))
-    return text_table(rows, align="l" + "r" * len(SURENESS))
+    return rows
 
 
 def summary(score: Score) -> str:

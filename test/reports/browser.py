@@ -57,8 +57,9 @@ class Browser:
         return self.driver.execute_script(f"return {expression}")
 
     def find(self, selector: str) -> WebElement:
-        """Return the one element of a CSS selector."""
+        """Return the one element of a CSS selector, scrolled into the middle of the window."""
         (found,) = self.driver.find_elements(By.CSS_SELECTOR, selector)
+        self.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", found)
         return found
 
     def drag(self, selector: str, begin: float, end: float) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from fuzzy_fusion_ros.batch.arrays import Reals
-from fuzzy_fusion_ros.messages.outputs import RULES
+from fuzzy_fusion_ros.messages.outputs import DEVIATION, RULES
 from fuzzy_fusion_ros.parameters.errors import FusionError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
@@ -117,7 +117,7 @@ def test_ten_minutes_at_100_hz_are_less_than_3_mb() -> None:
     d, r = np.random.default_rng(1).uniform(size=(2, 60_000))
     strengths = np.array([(1 - d) * (1 - r), (1 - d) * r, d * (1 - r), d * r])
     series |= zip(RULES, pages.shares(strengths), strict=True)
-    series |= {"weight": pages.shares(d), "drift": 0.1 * r}
+    series |= {"weight": pages.shares(d), "drift": 0.1 * r, DEVIATION: 0.1 + d}
     assert len(rendered(made(series)).encode()) < 3e6
 
 
@@ -137,6 +137,8 @@ def test_only_what_is_known_and_moves_is_drawn() -> None:
     assert names == ["signal", "errors", "weight", "strengths"]
     assert [each.name for each in charts(LINES, "", {"drift": np.ones(3)})] == ["signal", "errors"]
     errors = charts(LINES, "", {})[1]
+    assert errors.band == ""
+    assert charts(LINES, "", {DEVIATION: np.ones(3)})[1].band == DEVIATION
     assert [(line.series, line.minus) for line in errors.lines] == [
         ("s1", "truth"),
         ("s2", "truth"),
