@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TypedDict
 
-from fuzzy_fusion_ros.jobs.outputs import require_no_input, require_writable, writing
+from fuzzy_fusion_ros.jobs.outputs import one_for_each, require_writable, writing
 from fuzzy_fusion_ros.offline.topics import ROLES, Topics
 from fuzzy_fusion_ros.parameters.errors import UsageError
 
@@ -164,7 +164,9 @@ def write_json(document: object, path: str) -> None:
         Path(path).write_text(text, encoding="utf-8")
 
 
-def require_results(arguments: argparse.Namespace, *inputs: str | None) -> None:
+def require_results(
+    arguments: argparse.Namespace, *inputs: str | None, more: Iterable[str] = ()
+) -> None:
     """Check that the files of ``--json``, ``--plot`` and ``--report`` can be written.
 
     It is done before the work starts.
@@ -172,19 +174,23 @@ def require_results(arguments: argparse.Namespace, *inputs: str | None) -> None:
     Args:
         arguments: What was given.
         inputs: Files and directories that are read, which no result may overwrite.
+        more: Further files that are written.
 
     Raises:
-        FusionError: A file cannot be written, is an input, or has a suffix that is no format.
+        FusionError: A file cannot be written, is an input, is named twice, or has a suffix that is
+            no format.
     """
-    results = (arguments.json, arguments.plot, arguments.report)
-    require_no_input(results, inputs)
-    if arguments.report and Path(arguments.report).suffix not in REPORT_SUFFIXES:
-        raise UsageError(f"--report: got {arguments.report!r}, expected a name that ends in .html")
-    require_writable(*results)
-    if arguments.plot:
+    given = vars(arguments)
+    plot, report, bags = given.get("plot"), given.get("report"), given.get("bag", "")
+    if report and Path(report).suffix not in REPORT_SUFFIXES:
+        raise UsageError(f"--report: got {report!r}, expected a name that ends in .html")
+    names = [bags] if isinstance(bags, str) else bags
+    several = [each for path in (plot, report) if path for each in one_for_each(path, names)]
+    require_writable(given["json"], *several, *more, inputs=inputs)
+    if plot:
         from fuzzy_fusion_ros.plots.style import require_format  # takes time to import
 
-        require_format(arguments.plot)
+        require_format(plot)
 
 
 def number(low: float, high: float) -> Callable[[str], float]:

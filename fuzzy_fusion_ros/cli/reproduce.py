@@ -28,6 +28,7 @@ FIRST_SEED = 1000
 def main(arguments: Sequence[str] | None = None) -> int:
     """Draw the figures, print the claims, and return whether all of them hold."""
     given = command_line().parse_args(arguments)
+    options.require_results(given, given.params)
     from fuzzy_fusion_ros.jobs.reproduce import reproduce  # after parsing: takes time to import
     from fuzzy_fusion_ros.tuning.search import usable_processors
 

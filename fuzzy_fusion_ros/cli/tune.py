@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import BARS
 from fuzzy_fusion_ros.cli.status import DONE, command, say, show
-from fuzzy_fusion_ros.jobs.outputs import require_no_input
 from fuzzy_fusion_ros.parameters.arguments import Parser, called
 
 if TYPE_CHECKING:
@@ -32,8 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     from fuzzy_fusion_ros.batch.compiled import can_compile
     from fuzzy_fusion_ros.jobs.tune import tune  # after parsing: takes time to import
 
-    require_no_input([given.output], [given.bag, given.params])
-    options.require_results(given, given.bag, given.params)
+    options.require_results(given, given.bag, given.params, more=[given.output])
     if not can_compile():
         say("tune", "numba is not installed, which makes this about 100 times slower: install it")
     result = tune(

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from fuzzy_fusion_ros.parameters.errors import FusionError
+
+_Name = tuple[int, int] | tuple[str]
+"""Device and number of a file that exists, or the path of one that does not."""
 
 
 class OutputError(FusionError):
@@ -26,46 +30,54 @@ def writing(path: str | Path) -> Iterator[None]:
         raise OutputError(f"{str(path)!r} cannot be written: {error.strerror or error}") from None
 
 
-def require_writable(*paths: str | Path | None) -> None:
+def require_writable(*outputs: str | Path | None, inputs: Iterable[object] = ()) -> None:
     """Check that files can be written, before work that takes long; leave nothing behind.
 
     Args:
-        paths: The files; ``None`` is none, and ``-`` is stdout.
+        outputs: The files; ``None`` is none, and ``-`` is stdout.
+        inputs: What must not be written over: files, directories with the files in them, and
+            anything else, which is no file.
 
     Raises:
-        OutputError: A file cannot be written.
+        OutputError: A file cannot be written, is given twice, or is an input, by whatever name.
     """
-    for path in paths:
-        if path is None or path == "-":
+    taken = {
+        name: f"is read from {str(path)!r}"
+        for path in inputs
+        if isinstance(path, (str, Path))
+        for name in _files_of(path)
+    }
+    for output in outputs:
+        if output is None or output == "-":
             continue
-        target = Path(path)
-        with writing(path):
-            target.parent.mkdir(parents=True, exist_ok=True)
-            was_there = target.exists()
-            target.open("ab").close()
-            if not was_there:
-                target.unlink()
+        with writing(output):
+            path = Path(os.path.realpath(output))
+            path.parent.mkdir(parents=True, exist_ok=True)
+            was_there = path.exists()
+            if not was_there or path.is_file() or path.is_dir():  # no device, no pipe
+                path.open("ab").close()
+                name = _name_of(path)
+                if not was_there:
+                    path.unlink()
+                    name = (str(path),)
+                if name in taken:
+                    raise OutputError(f"{str(output)!r} {taken[name]}: name another file to write")
+                taken[name] = f"is already written as {str(output)!r}"
 
 
-def require_no_input(
-    paths: Iterable[str | Path | None], inputs: Iterable[str | Path | None]
-) -> None:
-    """Check that no file to write is one that is read, nor within a directory that is read.
+def _files_of(path: str | Path) -> Iterator[_Name]:
+    """Yield what names the file at a path, or each file in the directory there."""
+    try:
+        for each in Path(path).iterdir() if os.path.isdir(path) else [Path(path)]:
+            yield _name_of(each)
+    except (OSError, ValueError):
+        return  # whoever reads it says why it cannot be read
 
-    Args:
-        paths: The files to write; ``None`` is none, and ``-`` is stdout.
-        inputs: What is read; ``None`` is none.
 
-    Raises:
-        OutputError: A file is an input.
-    """
-    read = {Path(each).resolve() for each in inputs if each is not None}
-    for path in paths:
-        if path is None or path == "-":
-            continue
-        target = Path(path).resolve()
-        if not read.isdisjoint([target, *target.parents]):
-            raise OutputError(f"{str(path)!r} is an input: name another file to write to")
+def _name_of(path: Path) -> _Name:
+    """Return what names a file whatever links lead to it."""
+    status = path.stat()
+    return status.st_dev, status.st_ino
 
 
 def one_for_each(path: str | Path, names: Sequence[str]) -> list[Path]:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from fuzzy_fusion_ros.jobs.outputs import require_writable
 from fuzzy_fusion_ros.jobs.parameter_file import Source, fusion_parameters
 from fuzzy_fusion_ros.jobs.progress import SILENT, Progress
 from fuzzy_fusion_ros.paper.checks import CheckedClaim
@@ -55,8 +56,13 @@ def reproduce(
         progress: What shows progress; nothing does unless given.
 
     Raises:
-        FusionError: The parameters or the output cannot be used.
+        FusionError: The parameters or the output cannot be used, or a file of the output is that
+            of the parameters.
     """
+    sheet = Path(output) / "contact_sheet.png"
+    stems = {figure: sheet.with_name(f"fig{figure:02d}") for figure in figures}
+    files = [stem.with_suffix(suffix) for stem in stems.values() for suffix in (".csv", ".png")]
+    require_writable(sheet, *files, inputs=[parameters])
     methods = contenders(fusion_parameters(parameters))
     for contender in progress.over(methods, "compile"):
         warm_up(contender)
@@ -65,23 +71,21 @@ def reproduce(
     runs = sweep(methods, points, seeds, jobs)
     outcomes = list(progress.over(runs, "simulate", len(methods) * len(points) * len(seeds)))
     results = Results(outcomes)
-    folder = Path(output)
     pictures = [
-        _figure(figure, methods, seeds[0], results, folder)
+        _figure(figure, methods, seeds[0], results, stems[figure])
         for figure in progress.over(figures, "draw")
     ]
     with styled():
-        save(contact_sheet(pictures), folder / "contact_sheet.png")
+        save(contact_sheet(pictures), sheet)
     return Reproduction(outcomes, claims(results, figures), targets(results, figures))
 
 
 def _figure(
-    number: int, methods: Sequence[Contender], seed: int, results: Results, output: Path
+    number: int, methods: Sequence[Contender], seed: int, results: Results, stem: Path
 ) -> Path:
     shown = {"ideal", RESPONSES.get(number), INSIDE.get(number)} if number not in SWEPT else set()
     runs = {each.name: simulate_at(each, NOMINAL, seed) for each in methods if each.name in shown}
     table = table_of(number, runs, results)
-    stem = output / f"fig{number:02d}"
     write_csv(table, stem.with_suffix(".csv"))
     with styled():
         save(draw(number, table), stem.with_suffix(".png"))

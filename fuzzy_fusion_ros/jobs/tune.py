@@ -99,7 +99,7 @@ def tune(
         FusionError: The bag, the parameters or the output cannot be used, or there are too few
             samples to fit to.
     """
-    require_writable(output)
+    require_writable(output, inputs=[bag, parameters])
     asked = topics or Topics()
     with open_bag(bag) as reader:
         wanted = asked.found_in(reader)

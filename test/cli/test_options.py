@@ -132,7 +132,8 @@ def test_results_that_cannot_be_written_are_refused_before_the_work(
     parser: Parser, tmp_path: Path
 ) -> None:
     def require(*arguments: str) -> None:
-        options.require_results(parser.parse_args(arguments))
+        given = parser.parse_args(arguments)
+        options.require_results(given, given.plot)
 
     require("--json", "-", "--plot", str(tmp_path / "new" / "a.png"))
     assert list((tmp_path / "new").iterdir()) == []
