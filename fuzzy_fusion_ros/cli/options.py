@@ -12,6 +12,7 @@ from typing import TypedDict
 from fuzzy_fusion_ros.jobs.outputs import one_for_each, require_writable, writing
 from fuzzy_fusion_ros.offline.topics import ROLES, Topics
 from fuzzy_fusion_ros.parameters.errors import UsageError
+from fuzzy_fusion_ros.parameters.stdout import write_out
 
 REPORT_SUFFIXES = (".html", ".htm")
 
@@ -157,7 +158,7 @@ def write_json(document: object, path: str) -> None:
     """
     text = json.dumps(document, indent=2, allow_nan=False) + "\n"
     if path == "-":
-        print(text, end="")
+        write_out(text)
         return
     with writing(path):
         Path(path).parent.mkdir(parents=True, exist_ok=True)

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from types import FrameType
 
 from fuzzy_fusion_ros.parameters.errors import FusionError
+from fuzzy_fusion_ros.parameters.stdout import discard, write_out
 from fuzzy_fusion_ros.text.visible import visible
 
 DONE = 0
@@ -19,8 +20,13 @@ FAILED = 1
 UNUSABLE = 2
 """The input or the arguments cannot be used."""
 
+GRACE = 5.0
+"""Seconds from a signal to the end of the process, whatever it does."""
+
 LONGEST = 2000
 """Characters of a message: a name can have thousands."""
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 Main = Callable[[Sequence[str] | None], int]
 
@@ -39,10 +45,10 @@ def command(name: str) -> Callable[[Main], Callable[..., int]]:
     def decorate(main: Main) -> Callable[..., int]:
         @functools.wraps(main)
         def run(arguments: Sequence[str] | None = None) -> int:
+            _reserve_streams()
             try:
                 with _Termination():
-                    status = main(arguments)
-                    sys.stdout.flush()
+                    return main(arguments)
             except FusionError as error:
                 say(name, error)
                 return UNUSABLE
@@ -53,12 +59,10 @@ def command(name: str) -> Callable[[Main], Callable[..., int]]:
                 say(name, "out of memory: the input needs more than there is")
                 return UNUSABLE
             except BrokenPipeError:
-                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
                 return 128 + signal.SIGPIPE
             except KeyboardInterrupt:
                 say(name, "interrupted")
                 return 128 + signal.SIGINT
-            return status
 
         return run
 
@@ -70,18 +74,46 @@ def say(name: str, message: object) -> None:
     line = visible(f"{name}: {' '.join(str(message).split())}")
     if len(line) > LONGEST:
         line = f"{line[: LONGEST // 2]} ... {line[-LONGEST // 2 :]}"
-    print(line, file=sys.stderr, flush=True)
+    _tell(line)
 
 
 def show(text: str, *, on_stderr: bool = False) -> None:
     """Print a result of a command: on stdout, or on stderr where that is taken.
 
-    What the terminal cannot write, or would obey, stands as an escape.
+    What a terminal would obey stands as an escape.
+
+    Raises:
+        UsageError: Stdout is closed or full.
     """
-    stream = sys.stderr if on_stderr else sys.stdout
-    encoding = stream.encoding or "utf-8"
     lines = "\n".join(map(visible, text.split("\n")))
-    print(lines.encode(encoding, "backslashreplace").decode(encoding), file=stream)
+    if on_stderr:
+        _tell(lines)
+    else:
+        write_out(f"{lines}\n")
+
+
+def _tell(text: str) -> None:
+    try:
+        print(text, file=sys.stderr, flush=True)
+    except OSError:  # there is nowhere left to say so
+        discard(sys.stderr)
+
+
+def _reserve_streams() -> None:
+    """Open what the caller has closed of stdin, stdout and stderr.
+
+    No other file takes their places. What is written to stdout fails then; what is said on stderr
+    goes nowhere.
+    """
+    for number, mode in enumerate((os.O_RDONLY, os.O_RDONLY, os.O_WRONLY)):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, mode)  # takes the smallest number that is free, this one
+    if sys.stdout is None:
+        sys.stdout = os.fdopen(os.open(os.devnull, os.O_RDONLY), "w", encoding="utf-8")
+    if sys.stderr is None:
+        sys.stderr = os.fdopen(os.open(os.devnull, os.O_WRONLY), "w", encoding="utf-8")
 
 
 def _missing(error: ModuleNotFoundError) -> str:
@@ -102,17 +134,43 @@ def _missing(error: ModuleNotFoundError) -> str:
 
 
 class _Termination:
-    """While it lasts, SIGTERM unwinds as an exit does, so that files are closed."""
+    """While it lasts, SIGINT and SIGTERM unwind as an exit does, so that files are closed.
+
+    Unwinding may be impossible: in compiled code that runs for minutes, and where a library
+    swallows the exception. After ``GRACE`` seconds, or at the next signal, the process ends anyway.
+    """
 
     def __enter__(self) -> None:
         self._main = threading.current_thread() is threading.main_thread()
         if self._main:
-            self._before = signal.signal(signal.SIGTERM, _exit)
+            found = {number: signal.getsignal(number) for number in _SIGNALS}
+            self._before = {each: found[each] for each in found if found[each] != signal.SIG_IGN}
+            for number in self._before:
+                signal.signal(number, self._unwind)
+            self._done = threading.Event()
+            reading, self._written = os.pipe()
+            os.set_blocking(self._written, False)
+            self._wakeup = signal.set_wakeup_fd(self._written, warn_on_full_buffer=False)
+            threading.Thread(target=self._watch, args=(reading,), daemon=True).start()
 
     def __exit__(self, *_: object) -> None:
         if self._main:
-            signal.signal(signal.SIGTERM, self._before)
+            self._done.set()
+            signal.set_wakeup_fd(self._wakeup)
+            os.close(self._written)
+            for number, handler in self._before.items():
+                signal.signal(number, handler)
 
+    def _unwind(self, number: int, _: FrameType | None) -> None:
+        for each in self._before:
+            signal.signal(each, signal.SIG_DFL)
+        if number == signal.SIGINT:
+            raise KeyboardInterrupt
+        raise SystemExit(128 + number)
 
-def _exit(number: int, _: FrameType | None) -> None:
-    raise SystemExit(128 + number)
+    def _watch(self, reading: int) -> None:
+        """Wait for the first signal, which the system tells even while no Python code runs."""
+        with open(reading, "rb", buffering=0) as told:
+            while number := told.read(1):
+                if number[0] in self._before and not self._done.wait(GRACE):
+                    os._exit(128 + number[0])

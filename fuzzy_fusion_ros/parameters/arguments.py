@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from fuzzy_fusion_ros.parameters.errors import UsageError
+from fuzzy_fusion_ros.parameters.stdout import write_out
 from fuzzy_fusion_ros.text.table import WIDTH
 
 PROGRAM = "fuzzy-fusion"
@@ -41,6 +42,9 @@ class Parser(argparse.ArgumentParser):
             UsageError: Always.
         """
         raise UsageError(f"{message}; see {self.prog} --help")
+
+    def _print_message(self, message: str, _: Any = None) -> None:
+        write_out(message)  # argparse would hide that it cannot be written
 
 
 def called(name: str) -> str:

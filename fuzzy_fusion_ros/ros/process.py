@@ -33,12 +33,14 @@ class Stop:
     def __enter__(self) -> Stop:
         """Take over the signals."""
         self._before = [signal.signal(number, self._on_signal) for number in SIGNALS]
+        self._wakeup = signal.set_wakeup_fd(-1)  # nobody else is to end the process meanwhile
         atexit.unregister(_end_undisturbed)
         atexit.register(_end_undisturbed)
         return self
 
     def __exit__(self, *_: object) -> None:
         """Give the signals back, unless one has come."""
+        signal.set_wakeup_fd(self._wakeup)
         for number, handler in zip(SIGNALS, self._before, strict=True):
             signal.signal(number, signal.SIG_IGN if self.wanted else handler)
 

@@ -101,7 +101,7 @@ def test_an_empty_span_is_refused(parser: Parser, arguments: list[str]) -> None:
     ],
 )
 def test_bad_arguments_are_one_line(parser: Parser, arguments: list[str], problem: str) -> None:
-    with pytest.raises(UsageError, match=f"{problem}.*; see tool --help") as caught:
+    with pytest.raises(UsageError, match=f"{problem}.*; see fuzzy-fusion tool --help") as caught:
         parser.parse_args(arguments)
     assert "\n" not in str(caught.value)
 
