@@ -90,10 +90,10 @@ def read_metadata(directory: Path) -> Metadata:
 
 
 def _file_name(path: str) -> str:
-    name = Path(path).name
-    if not name or len(os.fsencode(name)) > _LONGEST_NAME or "\0" in name:
+    name = Path(path).name.encode()
+    if not name or len(name) > _LONGEST_NAME or b"\0" in name:
         raise ValueError(f"{name[:80]!r} is no file name")
-    return name
+    return os.fsdecode(name)
 
 
 def describe_bag(file_name: str, topics: Sequence[Topic], start_ns: int, end_ns: int) -> str:

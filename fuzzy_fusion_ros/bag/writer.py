@@ -47,7 +47,7 @@ class BagWriter:
                 raise BagError(f"bag {str(path)!r} exists: name a new directory or remove it")
             name = os.fsencode(self.path.resolve().name).decode(errors="replace")
             self._file_name = f"{name}_0.mcap"
-            self._file = McapWriter(self.path / self._file_name)
+            self._file = McapWriter(self.path / os.fsdecode(self._file_name.encode()))
         except (OSError, ValueError) as error:
             raise self._refusal(error) from error
         try:

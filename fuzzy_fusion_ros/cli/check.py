@@ -16,7 +16,6 @@ from collections.abc import Sequence
 from fuzzy_fusion_ros.cli import options
 from fuzzy_fusion_ros.cli.progress import BARS
 from fuzzy_fusion_ros.cli.status import DONE, FAILED, command, say, show
-from fuzzy_fusion_ros.jobs.outputs import require_no_input, require_writable
 from fuzzy_fusion_ros.offline.topics import Topics
 from fuzzy_fusion_ros.parameters.arguments import Parser
 
@@ -26,8 +25,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Check a bag; return whether nothing is wrong."""
     given = command_line().parse_args(arguments)
     topics, window = options.topics_of(given), options.window_of(given)
-    require_no_input([given.json], [given.bag, given.params])
-    require_writable(given.json)
+    options.require_results(given, given.bag, given.params)
     from fuzzy_fusion_ros.jobs.check import check  # after parsing: takes time to import
 
     result = check(

@@ -10,7 +10,7 @@ from fuzzy_fusion_ros.bag.topic import BagMessage
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages.units import signal_unit
 from fuzzy_fusion_ros.offline.recording import count_drops
-from fuzzy_fusion_ros.offline.topics import Topics, codecs_of
+from fuzzy_fusion_ros.offline.topics import Topics, codecs_of, unstamped
 from fuzzy_fusion_ros.online.fusion import Fusion
 from fuzzy_fusion_ros.online.guard import Drop, Guard
 from fuzzy_fusion_ros.online.ticks import Ticks
@@ -69,7 +69,8 @@ class BagFusion:
     def notes(self) -> list[str]:
         """Return what was dropped and why, one line each; no message may follow."""
         self._fusion.finish()
-        notes = count_drops(self._topics.s1, self._fusion.s1)
+        notes = unstamped(self._topics, {"s1": self._s1_codec, "s2": self.s2_codec})
+        notes += count_drops(self._topics.s1, self._fusion.s1)
         notes += count_drops(self._topics.s2, self._fusion.s2)
         notes += filter(None, [self._fusion.clock_problem()])
         return notes

@@ -16,7 +16,13 @@ from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages import ScalarCodec
 from fuzzy_fusion_ros.messages.outputs import DEVIATION, EXPLANATION, RULES, STRENGTHS
 from fuzzy_fusion_ros.messages.units import signal_unit
-from fuzzy_fusion_ros.offline.topics import Topics, codec_of, codecs_of, explanation_prefix
+from fuzzy_fusion_ros.offline.topics import (
+    Topics,
+    codec_of,
+    codecs_of,
+    explanation_prefix,
+    unstamped,
+)
 from fuzzy_fusion_ros.online.guard import Drop, Guard
 from fuzzy_fusion_ros.online.intake import Intake
 from fuzzy_fusion_ros.online.ticks import Ticks
@@ -24,6 +30,9 @@ from fuzzy_fusion_ros.online.timeline import Timeline
 from fuzzy_fusion_ros.online.verdict import Verdict
 from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
+
+LARGEST = 1e100
+"""Magnitude of a value; sums of squares of larger ones overflow."""
 
 Progress = Callable[[Iterable[BagMessage]], Iterable[BagMessage]]
 """Passes messages on and shows how far the work is."""
@@ -91,7 +100,8 @@ def read_recording(
         progress: Passes the messages on.
 
     Raises:
-        BagError: S1 or S2 is not in the bag or has no usable sample.
+        BagError: S1 or S2 is not in the bag or has no usable sample, or a value is beyond
+            ``LARGEST``.
         MessageError: A field is not in its type.
     """
     topics = topics.found_in(bag)
@@ -129,12 +139,17 @@ def read_recording(
                 break
             steps.follow(verdict)
     intake.finish()
-    notes += filter(None, [intake.clock_problem()])
+    notes += [*unstamped(topics, codecs), *filter(None, [intake.clock_problem()])]
     for role, reader in readers.items():
         notes += reader.notes()
         if reader.is_empty and role in {"s1", "s2"}:
             why = "; ".join(reader.notes()) or "it has no message in this span"
             raise BagError(f"bag {str(bag.path)!r}: nothing on {reader.topic} can be used: {why}")
+        if reader.largest > LARGEST:
+            raise BagError(
+                f"bag {str(bag.path)!r}: {reader.topic} has values up to {reader.largest:.3g}, "
+                f"whose squares overflow: at most {LARGEST:g} can be read; is its field right?"
+            )
     return Recording(
         name=str(bag.path),
         s1=readers["s1"].track(),
@@ -199,6 +214,10 @@ class _Reader:
     @property
     def is_empty(self) -> bool:
         return not self._rows
+
+    @property
+    def largest(self) -> float:
+        return max((abs(value) for _, value, _ in self._rows), default=0.0)
 
     def judge(self, message: BagMessage) -> tuple[Sample, Verdict]:
         """Return the sample of a message and what becomes of it."""

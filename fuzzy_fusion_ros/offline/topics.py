@@ -150,3 +150,19 @@ def codec_of(
         except MessageError as error:
             problems.append(error)
     raise MessageError(f"topic {topic}: {problems[0]}")
+
+
+def unstamped(topics: Topics, codecs: Mapping[str, ScalarCodec]) -> list[str]:
+    """Return a line for each topic whose messages have no timestamp.
+
+    Args:
+        topics: The topics of the roles.
+        codecs: What reads the messages of some roles.
+    """
+    names = topics.by_role()
+    return [
+        f"{names[role]}: {codec.type_name} has no timestamp; using the log time, so transport "
+        "delay will look like motion"
+        for role, codec in codecs.items()
+        if not codec.is_stamped
+    ]

@@ -162,31 +162,53 @@ def lag(matched: Matched) -> float:
     """Return how late the estimate is, negative if early: the shift at which it fits best.
 
     The fit is of both about their means, on a grid of the median step, over ``LAGS`` steps each
-    way at most a quarter of the span; 0 where a series does not move.
+    way at most a quarter of the span; 0 where a series does not move. Gaps longer than that many
+    steps count as so long.
     """
     steps = np.diff(matched.time_s)
-    if steps.size < 4:
+    if steps.size < 4 or np.ptp(matched.estimate) == 0.0 or np.ptp(matched.truth) == 0.0:
         return 0.0
-    span = float(matched.time_s[-1] - matched.time_s[0])
+    longest = LAGS * float(np.median(steps))
+    excess = np.concatenate([[0.0], np.cumsum(np.maximum(steps - longest, 0.0))])
+    time_s = matched.time_s - excess
+    span = float(time_s[-1] - time_s[0])
     step = max(float(np.median(steps)), span / _MOST_POINTS)
-    grid = np.arange(matched.time_s[0], matched.time_s[-1], step)
-    estimate = np.interp(grid, matched.time_s, matched.estimate)
-    truth = np.interp(grid, matched.time_s, matched.truth)
+    grid = np.arange(time_s[0], time_s[-1], step)
+    middle = np.mean(matched.truth)
+    estimate = np.interp(grid, time_s, matched.estimate - middle)
+    truth = np.interp(grid, time_s, matched.truth - middle)
     reach = min(LAGS, grid.size // 4)
-    middle = truth[reach : truth.size - reach]
-    if np.ptp(estimate) == 0.0 or np.ptp(truth) == 0.0:
-        return 0.0
-    windows = np.lib.stride_tricks.sliding_window_view(estimate, middle.size)
-    misfits = np.array([np.var(window - middle) for window in windows])
-    best = int(np.argmin(misfits))
-    return (best - reach + _vertex(misfits, best)) * step
+    best, misfits = _best_shift(estimate, truth[reach : truth.size - reach])
+    return (best - reach + _vertex(misfits)) * step
 
 
-def _vertex(values: Reals, at: int) -> float:
+def _best_shift(estimate: Reals, truth: Reals) -> tuple[int, Reals]:
+    """Return the shift at which a part of an estimate fits a truth best, about their means.
+
+    Returns:
+        The shift, and the variance of the misfit there between those at its neighbours.
+    """
+    n = truth.size
+    windows = np.lib.stride_tricks.sliding_window_view(estimate, n)
+    sums = _sliding_sums(estimate, n) - np.sum(truth)
+    squares = _sliding_sums(np.square(estimate), n)
+    products = np.array([window @ truth for window in windows])
+    best = int(np.argmin(squares - 2.0 * products - np.square(sums) / n))
+    near = windows[max(best - 1, 0) : best + 2]
+    return best, np.array([np.var(window - truth) for window in near])
+
+
+def _sliding_sums(values: Reals, n: int) -> Reals:
+    """Return the sum of each ``n`` neighbours."""
+    sums = np.concatenate([[0.0], np.cumsum(values)])
+    return np.asarray(sums[n:] - sums[:-n])
+
+
+def _vertex(values: Reals) -> float:
     """Return where between its neighbours the parabola through a minimum has its own."""
-    if at == 0 or at == values.size - 1:
+    if values.size < 3:
         return 0.0
-    before, here, after = values[at - 1 : at + 2]
+    before, here, after = values
     curvature = before - 2.0 * here + after
     return float(0.5 * (before - after) / curvature) if curvature > 0.0 else 0.0
 

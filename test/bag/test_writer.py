@@ -522,3 +522,26 @@ def test_an_empty_bag_is_valid(tmp_path: Path) -> None:
     with open_bag(tmp_path / "bag") as read:
         assert (read.message_count, read.problems) == (0, [])
         assert read.topics["/x"].msgtype == FLOAT
+
+
+def test_names_beyond_an_ascii_locale_are_written_and_read(tmp_path: Path) -> None:
+    program = """
+import sys
+from fuzzy_fusion_ros.bag import BagWriter, open_bag
+with BagWriter(sys.argv[1]) as writer:
+    writer.add_topic("/s1", "std_msgs/msg/Float64")
+    writer.write("/s1", "std_msgs/msg/Float64", 1, bytes(12))
+with open_bag(sys.argv[1]) as bag:
+    print(bag.message_count, bag.problems)
+"""
+    plain = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    done = subprocess.run(
+        [sys.executable, "-c", program, str(tmp_path / "\u00f6")],
+        env={**os.environ, **plain},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.stdout, done.stderr) == ("1 []\n", "")
+    with open_bag(tmp_path / "\u00f6") as bag:
+        assert (bag.message_count, bag.problems) == (1, [])

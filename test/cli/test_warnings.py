@@ -6,9 +6,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
-from bag.recorded import Scalar, swing, write_scalars
+from bag.making import FLOAT, float_data
+from bag.recorded import Scalar, at, message, swing, write_scalars
 from tuning.quick import be_quick
 
+from fuzzy_fusion_ros.bag import BagWriter
 from fuzzy_fusion_ros.cli import replay, score, tune
 
 SAID = "WARN s1 has the opposite sign of s2 (correlation -"
@@ -39,6 +41,30 @@ def test_a_negated_sensor_is_named(
     said = [line for line in capsys.readouterr().err.splitlines() if "WARN" in line]
     assert len(said) == (sign < 0.0)
     assert all(SAID in line and line.endswith("; fix: s1.scale: -1") for line in said)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_messages_without_a_timestamp_are_named(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    command: str,
+) -> None:
+    be_quick(monkeypatch)
+    monkeypatch.chdir(tmp_path)
+    with BagWriter(tmp_path / "bag") as writer:
+        for each in swing(5.0, estimate=False):
+            msgtype, data = (
+                (FLOAT, float_data(each.value)) if each.topic == "/s2" else message(each)[1::2]
+            )
+            writer.write(each.topic, msgtype, at(each.time_s), data)
+    main, options = COMMANDS[command]
+    assert main(["bag", *options, "--field", "/s2=data"]) == 0
+    said = [line for line in capsys.readouterr().err.splitlines() if "no timestamp" in line]
+    assert [line.partition("/s2: ")[2] for line in said] == [
+        "std_msgs/msg/Float64 has no timestamp; using the log time, so transport delay will look "
+        "like motion"
+    ]
 
 
 def wavy() -> list[Scalar]:

@@ -28,7 +28,15 @@ from fuzzy_fusion_ros.parameters.group import replace
 
 EXPLAINED = [
     f"/fusion_node/{name}"
-    for name in ("aggregate", "drift", "firing_strengths", "innovation", "prediction", "weight")
+    for name in (
+        "aggregate",
+        "drift",
+        "firing_strengths",
+        "innovation",
+        "prediction",
+        "standard_deviation",
+        "weight",
+    )
 ]
 
 

@@ -9,7 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fuzzy_fusion_ros.scoring.metrics import METRICS, REPORTED, SURENESS, Matched, ScoreError
+from fuzzy_fusion_ros.scoring.metrics import (
+    METRICS,
+    REPORTED,
+    SURENESS,
+    Matched,
+    ScoreError,
+    _best_shift,
+)
 
 NAN, INF = math.nan, math.inf
 
@@ -120,6 +127,25 @@ def test_a_lag_beyond_reach_is_the_reach() -> None:
     times = np.arange(0.0, 100.0, 0.01)
     data = Matched(times, np.tanh(times - 55.0), np.tanh(times - 45.0))
     assert METRICS["lag"].function(data) == pytest.approx(2.0)
+
+
+def test_a_jump_of_ten_years_hides_no_lag() -> None:
+    times = np.arange(0.0, 30.0, 0.01)
+    apart = times + np.where(times < 15.0, 0.0, 10 * 365.25 * 86400.0)
+    found = METRICS["lag"].function(Matched(apart, np.sin(times - 0.137), np.sin(times)))
+    assert found == pytest.approx(0.137, abs=0.005)
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e6])
+def test_the_shift_is_the_one_of_the_smallest_variance(offset: float) -> None:
+    rng = np.random.default_rng(5)
+    estimate = np.cumsum(rng.standard_normal(500)) + offset
+    truth = estimate[37:437] + 0.1 * rng.standard_normal(400) - 3.0
+    best, misfits = _best_shift(estimate - offset, truth - offset)
+    windows = np.lib.stride_tricks.sliding_window_view(estimate - offset, 400)
+    expected = [float(np.var(window - (truth - offset))) for window in windows]
+    assert best == np.argmin(expected) == 37
+    assert misfits.tolist() == expected[36:39]
 
 
 def test_what_does_not_move_has_no_lag() -> None:
