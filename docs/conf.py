@@ -10,6 +10,7 @@ _manifest = (Path(__file__).parents[1] / "package.xml").read_text(encoding="utf-
 version = release = re.findall("<version>(.*)</version>", _manifest)[0]
 
 extensions = ["myst_parser"]
+myst_enable_extensions = ["dollarmath"]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 exclude_patterns = ["__pycache__"]
 myst_heading_anchors = 4
