@@ -22,6 +22,34 @@ def seconds_since(origin_ns: int, stamps_ns: Stamps) -> Reals:
     return (stamps_ns - origin_ns).astype(np.float64) * 1e-9
 
 
+def nearest(values: Reals, references: Reals | float, period: float) -> Reals:
+    """Return values whole turns away that are nearest to references, as :mod:`.core.periodic` does.
+
+    Args:
+        values: Finite or NaN, shape (n,).
+        references: Shape (n,), or one for all.
+        period: A turn; 0 leaves the values as they are.
+    """
+    if period == 0.0:
+        return values
+    turned: Reals = values - period * np.ceil((values - references) / period - 0.5)
+    return turned
+
+
+def unwrapped(values: Reals, period: float) -> Reals:
+    """Return a series in which each value is the one nearest to the one before.
+
+    Args:
+        values: Finite, shape (n,).
+        period: A turn; 0 leaves the values as they are.
+    """
+    if period == 0.0 or values.size == 0:
+        return values
+    steps = np.diff(values)
+    ahead = np.cumsum(np.ceil(steps / period - 0.5))
+    return values - period * np.append(0.0, ahead)
+
+
 def root_mean_square(values: Reals) -> float:
     """Return the root of the mean square."""
     return float(np.sqrt(np.mean(np.square(values))))

@@ -94,16 +94,19 @@ def check(sensors: TwoSensors, most_points: int = MOST_POINTS) -> Check:
     """
     same = pair.same_source(sensors)
     both = sensors.s1, sensors.s2
-    period = max(wrap_of(each.values[np.isfinite(each.values)]).period for each in both)
-    judged = [_judge(each, sensors.start_ns, period) for each in both]
+    known = sensors.period
+    period = known or max(wrap_of(each.values[np.isfinite(each.values)]).period for each in both)
+    periods = (0.0 if sensors.is_rate else period), period
+    judged = [
+        _judge(each, sensors.start_ns, own, is_known=known > 0.0 or own < period)
+        for each, own in zip(both, periods, strict=True)
+    ]
     characters = {each.usable.name: each.character for each in judged if each.character}
     findings = [*same, *pair.same_units(sensors)]
     findings += [finding for each in judged for finding in each.findings]
     if len(characters) < 2 or any(each.about == "same topic" for each in same):
         return Check(characters, np.nan, None, _sorted(findings))
-    clocks, relation, about_both = _compare(
-        judged[0], judged[1], sensors.start_ns, pair.kind_by_units(sensors), most_points
-    )
+    clocks, relation, about_both = _compare(judged[0], judged[1], sensors, most_points)
     return Check(characters, clocks.behind, relation, _sorted([*findings, *about_both]))
 
 
@@ -125,7 +128,7 @@ class _Judged(NamedTuple):
     findings: tuple[Finding, ...]
 
 
-def _judge(samples: SensorSamples, start_ns: int, period: float) -> _Judged:
+def _judge(samples: SensorSamples, start_ns: int, period: float, *, is_known: bool) -> _Judged:
     timeline = judge_stamps(samples, start_ns)
     dated = samples.kept(timeline.usable)
     usable = dated.kept(np.isfinite(dated.values))
@@ -134,7 +137,7 @@ def _judge(samples: SensorSamples, start_ns: int, period: float) -> _Judged:
         text = f"{count} of {of} samples of {samples.name} can be used"
         few = Finding(Level.ERROR, "samples", text if of else f"{samples.name} has no messages", {})
         return _Judged(usable, (), usable.values, None, (few, *timeline.findings))
-    values = judge_values(dated, period)
+    values = judge_values(dated, period, is_known=is_known)
     findings = (*timeline.findings, *values.findings, *_gaps(samples, start_ns))
     character = _character(samples, usable, values)
     return _Judged(usable, timeline.steps, values.clean, character, findings)
@@ -180,9 +183,11 @@ def _gaps(samples: SensorSamples, start_ns: int) -> list[Finding]:
 
 
 def _compare(
-    s1: _Judged, s2: _Judged, start_ns: int, kind: Kind | None, most_points: int
+    s1: _Judged, s2: _Judged, sensors: TwoSensors, most_points: int
 ) -> tuple[Clocks, Relation | None, list[Finding]]:
     """Compare clocks and motion of two sensors."""
+    start_ns, kind = sensors.start_ns, pair.kind_by_units(sensors)
+    expected = Kind.S1_RATE if sensors.is_rate else Kind.VALUE
 
     def hypotheses(s1_s: Reals, s2_s: Reals) -> list[Relation]:
         found = relations(motion_of(s1_s, s1.clean), motion_of(s2_s, s2.clean), most_points)
@@ -199,14 +204,15 @@ def _compare(
     one, other = motion_of(clocks.s1_s, s1.clean), motion_of(clocks.s2_s, s2.clean)
     findings = [*clocks.findings, *pair.stuck("s1", one, "s2", other)]
     findings += pair.stuck("s2", other, "s1", one)
-    about_relation, relation = pair.judge_relation(found, kind)
+    about_relation, relation = pair.judge_relation(found, kind, expected)
     findings += about_relation
     if relation is not None:
         relation = relation._replace(lag=lag_of(one, other, relation, most_points))
     if relation is not None and relation.kind is Kind.VALUE:
         findings += pair.exchanged(relation, one, other)
-    elif not about_relation and not any(each.about == "stuck" for each in findings):
-        findings += pair.unrelated(found, one, other, kind)
+    is_explained = about_relation or any(each.about == "stuck" for each in findings)
+    if relation is None and not is_explained:
+        findings += pair.unrelated(found, one, other, kind or expected)
     return clocks, relation, findings
 
 

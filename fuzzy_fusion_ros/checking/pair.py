@@ -102,7 +102,9 @@ def same_source(sensors: TwoSensors) -> list[Finding]:
 def same_units(sensors: TwoSensors) -> list[Finding]:
     """Judge whether the units of both sensors, where known, are one."""
     s1, s2 = sensors.s1.unit, sensors.s2.unit
-    if not (s1 and s2) or s1 == s2:
+    if not (s1 and s2) or (s1 == s2 and not sensors.is_rate):
+        return []
+    if sensors.is_rate and RATES.get(s2, s1) == s1:
         return []
     text = f"s1 is in {s1}, s2 in {s2}"
     remedy = {Kind.S1_RATE: "s1.kind: rate", Kind.S2_RATE: EXCHANGE_RATE}
@@ -135,13 +137,14 @@ def _is_credible(relation: Relation) -> bool:
 
 
 def judge_relation(
-    found: Sequence[Relation], by_units: Kind | None = None
+    found: Sequence[Relation], by_units: Kind | None = None, expected: Kind = Kind.VALUE
 ) -> tuple[list[Finding], Relation | None]:
     """Judge what the sensors are to each other.
 
     Args:
         found: The hypotheses, the most credible first.
         by_units: What their units say that they are; then only a factor between known units counts.
+        expected: What the parameters say that they are.
 
     Returns:
         What is wrong, and the relation to believe in; None if the motion does not tell.
@@ -149,31 +152,39 @@ def judge_relation(
     if not found or not is_related(found[0]):
         return [], None
     best = found[0]
-    plain = next((each for each in found if each.is_plain), None)
-    if best.is_plain or not _is_credible(best):
-        return (_scale(best, by_units), best) if best.is_plain else ([], None)
+    plain = next((each for each in found if _is_as_it_should(each, expected)), None)
+    if best is plain or not _is_credible(best):
+        return (_scale(best, by_units), best) if best is plain else ([], None)
     margin = np.inf if plain is None else plain.cost - best.cost
     if margin < MARGIN:
         return [_ambiguous(best, plain)], plain
-    return [_odd(best, plain, by_units)], best
+    return [_odd(best, plain, by_units, expected)], best
 
 
-def _odd(best: Relation, plain: Relation | None, by_units: Kind | None) -> Finding:
+def _is_as_it_should(relation: Relation, expected: Kind) -> bool:
+    return relation.kind is expected and relation.sign > 0
+
+
+def _odd(best: Relation, plain: Relation | None, by_units: Kind | None, expected: Kind) -> Finding:
     """Return the finding that a relation is not the plain one."""
     evidence = {"correlation": best.sign * best.correlation}
-    if plain is not None and best.kind is not Kind.VALUE:
+    is_expected = best.kind is expected
+    if plain is not None and not is_expected:
         evidence["as values"] = plain.correlation
     factor, units = _factor(best, by_units)
     size = "" if factor == 1.0 else f", times {1.0 / factor:.3g}{units}"
     negated = "the negated " if best.sign < 0 else "the "
     scale = [] if best.sign * factor == 1.0 else [f"s1.scale: {best.sign * factor:.7g}"]
-    if best.kind is Kind.S1_RATE:
+    if best.kind is Kind.S1_RATE and not is_expected:
         text = f"s1 is {negated}rate of s2{size}"
         remedy = " and ".join(["s1.kind: rate", *scale])
         return Finding(Level.ERROR, "rate", text, evidence, remedy)
     if best.kind is Kind.S2_RATE:
         text = f"s2 is {negated}rate of s1"
         return Finding(Level.ERROR, "rate", text, evidence, EXCHANGE_RATE)
+    if best.kind is Kind.VALUE and not is_expected:
+        text = f"s1 is no rate of s2 but {negated}same quantity{size}"
+        return Finding(Level.ERROR, "rate", text, evidence, "s1.kind: value")
     text = f"s1 has the opposite sign of s2{size}"
     return Finding(Level.ERROR, "sign", text, evidence, *scale)
 

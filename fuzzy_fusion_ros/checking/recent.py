@@ -8,9 +8,10 @@ import numpy as np
 
 from fuzzy_fusion_ros.checking.check import Check, check
 from fuzzy_fusion_ros.checking.finding import Finding, Level
-from fuzzy_fusion_ros.checking.samples import SensorSamples, TwoSensors
+from fuzzy_fusion_ros.checking.samples import SensorSamples, two_sensors
 from fuzzy_fusion_ros.messages import ScalarCodec
 from fuzzy_fusion_ros.messages.units import unit_read
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 SAMPLES = 8192
 """Samples of each sensor that are kept."""
@@ -39,19 +40,17 @@ WORTH_REPEATING = frozenset(
 class Stream:
     """The most recent samples of one sensor, as they came."""
 
-    def __init__(self, name: str, topic: str, codec: ScalarCodec, unit: str = "") -> None:
+    def __init__(self, name: str, topic: str, codec: ScalarCodec) -> None:
         """Start without samples.
 
         Args:
             name: ``s1`` or ``s2``.
             topic: Its topic.
             codec: Reads its messages.
-            unit: Unit of the signal; empty for that of the type.
         """
         self._name = name
         self._topic = topic
         self._codec = codec
-        self._unit = unit or unit_read(codec)
         self._rows: deque[tuple[int, int, float]] = deque(maxlen=SAMPLES)
 
     def add(self, stamp_ns: int, arrival_ns: int, value: float) -> None:
@@ -69,7 +68,7 @@ class Stream:
             name=self._name,
             topic=self._topic,
             field=self._codec.field.text,
-            unit=self._unit,
+            unit=unit_read(self._codec),
             is_stamped=self._codec.is_stamped,
             stamps_ns=np.array(stamps, np.int64),
             overflows=np.zeros(len(stamps), np.bool_),
@@ -78,13 +77,19 @@ class Stream:
         )
 
 
-def check_recent(s1: Stream, s2: Stream) -> Check:
-    """Check two sensors over the time of which there are samples of both."""
+def check_recent(s1: Stream, s2: Stream, parameters: Parameters) -> Check:
+    """Check two sensors over the time of which there are samples of both.
+
+    Args:
+        s1: S1.
+        s2: S2.
+        parameters: Say whether the signal wraps, and whether S1 is a rate.
+    """
     both = [s1.samples(), s2.samples()]
     firsts = [int(each.arrivals_ns[0]) for each in both if each.arrivals_ns.size]
     start_ns = max(firsts, default=0)
     kept = [each.kept(each.arrivals_ns >= start_ns) for each in both]
-    return check(TwoSensors(kept[0], kept[1], start_ns), POINTS)
+    return check(two_sensors(kept[0], kept[1], start_ns, parameters), POINTS)
 
 
 def warnings(found: Check) -> list[Finding]:

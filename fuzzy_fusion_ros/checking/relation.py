@@ -137,11 +137,6 @@ class Relation(NamedTuple):
     cost: float
 
     @property
-    def is_plain(self) -> bool:
-        """Whether it is what it should be, whatever the scale."""
-        return self.kind is Kind.VALUE and self.sign > 0
-
-    @property
     def middle_scale(self) -> float:
         """The factor from S1 to S2 if noise is shared, positive."""
         return math.sqrt(self.scale[0] * self.scale[1])

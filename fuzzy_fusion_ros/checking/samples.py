@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals, Stamps
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 
 class SensorSamples(NamedTuple):
@@ -49,8 +50,30 @@ class TwoSensors(NamedTuple):
         s1: The fast sensor.
         s2: The accurate one.
         start_ns: Arrival time that the seconds in texts count from, nanoseconds.
+        period: ``signal.period``; 0 unless it is set.
+        is_rate: Whether ``s1.kind`` says that S1 is a rate.
     """
 
     s1: SensorSamples
     s2: SensorSamples
     start_ns: int
+    period: float = 0.0
+    is_rate: bool = False
+
+
+def two_sensors(
+    s1: SensorSamples, s2: SensorSamples, start_ns: int, parameters: Parameters
+) -> TwoSensors:
+    """Return sensors as the parameters see them.
+
+    Args:
+        s1: S1.
+        s2: S2.
+        start_ns: As in :class:`TwoSensors`.
+        parameters: Say whether the signal wraps, whether S1 is a rate, and its unit, which
+            overrides what the types state.
+    """
+    if parameters.signal.unit:
+        s1, s2 = s1._replace(unit=""), s2._replace(unit="")
+    is_rate = parameters.s1.kind == "rate"
+    return TwoSensors(s1, s2, start_ns, parameters.signal.period, is_rate)

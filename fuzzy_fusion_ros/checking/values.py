@@ -138,12 +138,13 @@ class Values(NamedTuple):
     findings: tuple[Finding, ...]
 
 
-def judge_values(samples: SensorSamples, period: float) -> Values:
+def judge_values(samples: SensorSamples, period: float, *, is_known: bool = False) -> Values:
     """Judge the values of a sensor by themselves.
 
     Args:
         samples: Of the sensor; at least three with finite values.
         period: Where the other sensor wraps, unit of the signal; 0 if it does not.
+        is_known: Whether the parameters say so, too; then wraps are no fault.
     """
     name, n = samples.name, samples.values.size
     values = samples.values[np.isfinite(samples.values)]
@@ -151,7 +152,7 @@ def judge_values(samples: SensorSamples, period: float) -> Values:
     if values.size < n:
         text = f"{n - values.size} of {n} samples of {name} are dropped: {Drop.NOT_FINITE.value}"
         findings.append(Finding(Level.WARNING, "not finite", text, {}))
-    wrap = wrap_of(values)
+    wrap = Wrap(0.0, 0) if is_known else wrap_of(values)
     if wrap.jumps:
         text = f"{name} wraps: it jumps by {PERIODS[wrap.period]}, {wrap.jumps} times"
         remedy = f"signal.period: {wrap.period:.10g}"

@@ -9,7 +9,8 @@ import numpy as np
 
 from fuzzy_fusion_ros.bag import BagReader, open_bag
 from fuzzy_fusion_ros.baselines import BaselineParameters
-from fuzzy_fusion_ros.batch.arrays import Reals
+from fuzzy_fusion_ros.batch.arrays import Reals, nearest
+from fuzzy_fusion_ros.batch.series import held_s2
 from fuzzy_fusion_ros.jobs import parameter_file
 from fuzzy_fusion_ros.jobs.outputs import require_writable, writing
 from fuzzy_fusion_ros.jobs.parameter_file import Source, fusion_parameters
@@ -148,7 +149,8 @@ def _with_types(bag: BagReader, topics: Topics, parameters: Parameters) -> Param
 def _truth(recording: Recording) -> Reals:
     """Return the truth at each S1 sample, NaN where it has a gap."""
     stamps_ns = recording.series.s1_ns
-    truth = interpolated(recording.truth, stamps_ns)
+    truth = interpolated(recording.truth, stamps_ns, recording.period)
+    truth = nearest(truth, held_s2(recording.series), recording.period)
     return np.where(in_gaps(recording.truth.stamps_ns, stamps_ns), np.nan, truth)
 
 

@@ -9,6 +9,7 @@ from fuzzy_fusion_ros.messages.field_path import FieldPath, call_in
 from fuzzy_fusion_ros.messages.functions import FUNCTIONS, PLAIN
 from fuzzy_fusion_ros.messages.type_names import normalise_type_name
 from fuzzy_fusion_ros.parameters.errors import MessageError
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 # What a path ends in, in any message: sub-messages of standard types are named alike everywhere.
 _BY_PATH = {
@@ -75,30 +76,37 @@ def unit_read(codec: ScalarCodec) -> str:
     return unit_of(codec.type_name, codec.field.text)
 
 
-def signal_unit(s1: ScalarCodec, s2: ScalarCodec, given: str) -> str:
-    """Return the unit of the signal.
+def signal_unit(s1: ScalarCodec, s2: ScalarCodec, parameters: Parameters) -> str:
+    """Return the unit of the signal, which is that of S2, and of S1 or of its integral.
 
     Args:
         s1: Reads S1.
         s2: Reads S2.
-        given: ``signal.unit``; if it is not empty, that is the unit.
+        parameters: ``signal.unit``, if it is not empty, is the unit; ``s1.kind`` says whether S1
+            is a rate.
 
     Returns:
         ``""`` where neither type states one.
 
     Raises:
-        MessageError: The types state different units, and none is given.
+        MessageError: The types state units that do not go together, and none is given.
     """
+    given, is_rate = parameters.signal.unit, parameters.s1.kind == "rate"
     if given:
         return given
-    units = [unit_read(each) for each in (s1, s2)]
-    if all(units) and units[0] != units[1]:
+    unit1, unit2 = unit_read(s1), unit_read(s2)
+    expected = RATES.get(unit2, "") if is_rate else unit2
+    if unit1 and expected and unit1 != expected:
         described = [
             f"{name} is in {unit} ({each.field.text} of {each.type_name})"
-            for name, unit, each in zip(("s1", "s2"), units, (s1, s2), strict=True)
+            for name, unit, each in zip(("s1", "s2"), (unit1, unit2), (s1, s2), strict=True)
         ]
-        raise MessageError(
-            f"{', '.join(described)}: choose fields of one unit, or set signal.unit if both "
-            "sensors measure one quantity all the same"
-        )
-    return units[1] or units[0]
+        if RATES.get(unit2) == unit1:
+            advice = "set s1.kind: rate"
+        elif is_rate:
+            advice = f"s1.kind: rate needs S1 in {expected}, or signal.unit set"
+        else:
+            advice = "choose fields of one unit, or set signal.unit if they do measure the same"
+        raise MessageError(f"{', '.join(described)}: {advice}")
+    integrals = {rate: unit for unit, rate in RATES.items()}
+    return unit2 or (integrals.get(unit1, "") if is_rate else unit1)

@@ -59,11 +59,11 @@ class FusionNode(ConfiguredNode[Parameters]):
         guards = self._fusion.s1, self._fusion.s2
         self._s1 = SensorInput(self, self._time, "s1", parameters.s1, guards[0], self._on_s1)
         self._s2 = SensorInput(self, self._time, "s2", parameters.s2, guards[1], self._on_s2)
-        unit = signal_unit(self._s1.codec, self._s2.codec, parameters.signal.unit)
+        unit = signal_unit(self._s1.codec, self._s2.codec, parameters)
         self._output = EstimateOutput(parameters.estimate, self._s2.codec, unit)
         self._rules = RuleReport()
         self._report = FusionReport(self.log)
-        self._check = SelfCheck(self.log, self._s1, self._s2, parameters.signal.unit)
+        self._check = SelfCheck(self.log, self._s1, self._s2, parameters)
         self._s1_report = SensorReport("s1", self._s1, self)
         self._s2_report = SensorReport("s2", self._s2, self)
         self._diagnostics = Diagnostics(self, self._time, self._reports)

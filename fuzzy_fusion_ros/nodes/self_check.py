@@ -7,6 +7,7 @@ from rclpy.impl.rcutils_logger import RcutilsLogger
 from fuzzy_fusion_ros.checking.finding import Finding
 from fuzzy_fusion_ros.checking.recent import Stream, check_recent, warnings
 from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.ros.diagnostics import Level, Report, Summary
 
 FIRST = 10
@@ -24,18 +25,21 @@ class SelfCheck:
         s2: Where samples of S2 go.
     """
 
-    def __init__(self, log: RcutilsLogger, s1: SensorInput, s2: SensorInput, unit: str) -> None:
+    def __init__(
+        self, log: RcutilsLogger, s1: SensorInput, s2: SensorInput, parameters: Parameters
+    ) -> None:
         """Start without samples.
 
         Args:
             log: Where each finding is said once, until it is gone.
             s1: The input of S1.
             s2: The input of S2.
-            unit: Unit of the signal; empty for those of the types.
+            parameters: Of the fusion, as at start-up.
         """
-        self.s1 = Stream("s1", s1.subscription.topic, s1.codec, unit)
-        self.s2 = Stream("s2", s2.subscription.topic, s2.codec, unit)
+        self.s1 = Stream("s1", s1.subscription.topic, s1.codec)
+        self.s2 = Stream("s2", s2.subscription.topic, s2.codec)
         self._log = log
+        self._parameters = parameters
         self._reports = 0
         self._due = FIRST
         self._last: dict[str, Finding] = {}
@@ -56,7 +60,8 @@ class SelfCheck:
         return Report("check", summaries or [Summary(Level.OK, "nothing is wrong")], {})
 
     def _check(self) -> None:
-        found = {each.about: each for each in warnings(check_recent(self.s1, self.s2))}
+        check = check_recent(self.s1, self.s2, self._parameters)
+        found = {each.about: each for each in warnings(check)}
         lasting = {about: each for about, each in found.items() if about in self._last}
         for about, each in lasting.items():
             if about not in self._said:

@@ -44,7 +44,7 @@ class BagFusion:
         self._topics = topics
         codecs = codecs_of(bag, topics, parameters, ("s1", "s2"))
         self._s1_codec, self.s2_codec = codecs["s1"], codecs["s2"]
-        self.unit = signal_unit(self._s1_codec, self.s2_codec, parameters.signal.unit)
+        self.unit = signal_unit(self._s1_codec, self.s2_codec, parameters)
         self._fusion = Fusion(parameters)
         self._ticks = Ticks(parameters)
 

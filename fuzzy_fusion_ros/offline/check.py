@@ -13,7 +13,7 @@ from fuzzy_fusion_ros.batch.arrays import seconds_since
 from fuzzy_fusion_ros.checking.check import Check, check
 from fuzzy_fusion_ros.checking.motion import motion_of
 from fuzzy_fusion_ros.checking.recent import warnings
-from fuzzy_fusion_ros.checking.samples import SensorSamples, TwoSensors
+from fuzzy_fusion_ros.checking.samples import SensorSamples, two_sensors
 from fuzzy_fusion_ros.checking.survey import Field, Together, survey
 from fuzzy_fusion_ros.checking.values import wrap_of
 from fuzzy_fusion_ros.messages import ScalarCodec, computed_fields, numeric_fields
@@ -79,7 +79,7 @@ def check_bag(
             "read"
         )
     s1, s2 = (_samples(name, sources[name], raw[name]) for name in SENSORS)
-    return check(TwoSensors(s1, s2, bag.start_ns or 0))
+    return check(two_sensors(s1, s2, bag.start_ns or 0, parameters))
 
 
 def warnings_of(

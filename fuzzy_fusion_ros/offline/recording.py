@@ -64,6 +64,8 @@ class Recording(NamedTuple):
         series: The steps of an estimator, in the order in which the trigger makes them due.
         start_ns: Log time of the bag's first message: where seconds count from.
         unit: Unit of the signal, ``""`` where the types do not say.
+        period: A full turn of it, 0 if it does not wrap; the series is on continuous lines, tracks
+            are as recorded.
         notes: What was left out and why, one line each.
     """
 
@@ -75,6 +77,7 @@ class Recording(NamedTuple):
     series: Series
     start_ns: int
     unit: str
+    period: float
     notes: tuple[str, ...]
 
 
@@ -109,7 +112,7 @@ def read_recording(
     intake, steps = Intake(parameters), _Steps()
     timer = Ticks(parameters)
     codecs = codecs_of(bag, topics, parameters)
-    unit = signal_unit(codecs["s1"], codecs["s2"], parameters.signal.unit)
+    unit = signal_unit(codecs["s1"], codecs["s2"], parameters)
     readers = {
         "s1": _Reader(topics.s1, codecs["s1"], intake.s1, intake.on_s1),
         "s2": _Reader(topics.s2, codecs["s2"], intake.s2, intake.on_s2),
@@ -159,6 +162,7 @@ def read_recording(
         series=steps.series(intake.s1.first_ns),
         start_ns=bag.start_ns or 0,
         unit=unit,
+        period=parameters.signal.period,
         notes=(*notes, *bag.problems),
     )
 

@@ -14,6 +14,7 @@ from fuzzy_fusion_ros.core.estimator import (
     update,
     without_s1,
 )
+from fuzzy_fusion_ros.core.periodic import turns
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.online.guard import Guard
 from fuzzy_fusion_ros.online.intake import Intake
@@ -38,6 +39,7 @@ class Fusion:
 
     def __init__(self, parameters: Parameters) -> None:
         self._intake = Intake(parameters)
+        self._period = parameters.signal.period
         self._state = initial_state(parameters)
         self._estimated_ns = 0
         self._s2_message = b""
@@ -139,7 +141,20 @@ class Fusion:
         if estimate.mode == WAITING or stamp_ns <= self._estimated_ns:
             return ()
         self._estimated_ns = stamp_ns
+        if self._period > 0.0:
+            estimate = wrapped(estimate, self._period)
         return (Fused(stamp_ns, estimate, self._state, self._s2_message),)
+
+
+def wrapped(estimate: Estimate, period: float) -> Estimate:
+    """Return an estimate above -period/2, up to period/2, all that is behind it turned as much."""
+    turned = period * turns(estimate.value, 0.0, period)
+    aggregate, prediction = estimate.aggregate, estimate.prediction
+    return estimate._replace(
+        value=estimate.value - turned,
+        aggregate=aggregate._replace(value=aggregate.value - turned),
+        prediction=prediction._replace(value=prediction.value - turned),
+    )
 
 
 def first_rules(parameters: Parameters) -> tuple[int, int, float, float]:

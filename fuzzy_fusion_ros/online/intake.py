@@ -1,4 +1,4 @@
-"""The one way in for samples: guards, timeline and trigger, for node, replay, score and tune."""
+"""The one way in for samples, of node, replay, score and tune: guards, timeline, lines, trigger."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.core.silence import S2_TIMEOUT
 from fuzzy_fusion_ros.online.clocks import clock_problem
 from fuzzy_fusion_ros.online.guard import Drop, Guard
+from fuzzy_fusion_ros.online.lines import lines_for
 from fuzzy_fusion_ros.online.timeline import Admission, Timeline
-from fuzzy_fusion_ros.online.trigger import Step, trigger_for
+from fuzzy_fusion_ros.online.trigger import NOTHING, Step, trigger_for
 from fuzzy_fusion_ros.online.verdict import Verdict
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 
@@ -26,6 +27,7 @@ class Intake:
         self.s2 = Guard(S2_TIMEOUT)
         self._timeline = Timeline(self.s1, self.s2)
         self._trigger = trigger_for(parameters)
+        self._lines = lines_for(parameters)
 
     @property
     def parameters(self) -> Parameters:
@@ -36,6 +38,7 @@ class Intake:
     def parameters(self, parameters: Parameters) -> None:
         self._parameters = parameters
         self._trigger.parameters = parameters
+        self._lines.parameters = parameters
 
     def on_s1(self, sample: Sample, now_ns: int) -> Verdict:
         """Take a sample of S1.
@@ -75,7 +78,7 @@ class Intake:
     def reset(self) -> None:
         """Forget all samples; the counts stay."""
         self._timeline.reset()
-        self._trigger = trigger_for(self._parameters)
+        self._clear()
 
     def finish(self) -> None:
         """Count what is still held as dropped: nothing more will come."""
@@ -87,13 +90,20 @@ class Intake:
 
     def _follow(self, admission: Admission) -> Verdict:
         if admission.restarted:
-            self._trigger = trigger_for(self._parameters)
+            self._clear()
         steps = tuple([self._step(guard, sample) for guard, sample in admission.admitted])
         return Verdict(len(steps), admission.drop, admission.restarted, steps)
 
+    def _clear(self) -> None:
+        self._trigger = trigger_for(self._parameters)
+        self._lines = lines_for(self._parameters)
+
     def _step(self, guard: Guard, sample: Sample) -> Step:
-        on_sample = self._trigger.on_s1 if guard is self.s1 else self._trigger.on_s2
-        step = on_sample(sample)
+        if guard is self.s1:
+            on_line = self._lines.on_s1(sample)
+            step = NOTHING if on_line is None else self._trigger.on_s1(on_line)
+        else:
+            step = self._trigger.on_s2(self._lines.on_s2(sample))
         self.s1.drop(Drop.UNPAIRED, step.unpaired_s1)
         self.s2.drop(Drop.UNPAIRED, step.unpaired_s2)
         if step.s2 is not None and step.s1 is None and self._s1_is_lost(step.s2.stamp_ns):

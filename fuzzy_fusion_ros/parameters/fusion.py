@@ -146,6 +146,11 @@ class SensorParameters(Group):
 class FastSensorParameters(SensorParameters):
     """S1, with its conditioning: our extension, off by default."""
 
+    kind: str = text(
+        "value",
+        "value: S1 measures what S2 does; rate: it measures its time derivative, and is integrated",
+        choices=("value", "rate"),
+    )
     spike_threshold: float = real(
         0.0, "a step of S1 beyond this is a spike and left out; 0 is off", unit="signal"
     )
@@ -190,6 +195,12 @@ class SignalParameters(Group):
 
     unit: str = text(
         "", "unit of the signal; empty for that of the message types, which must then be one"
+    )
+    period: float = real(
+        0.0,
+        "a full turn of a signal that wraps: 6.283185307179586 for rad, 360 for degrees; 0: none",
+        unit="signal",
+        fixed=True,
     )
 
 

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from fuzzy_fusion_ros.batch.arrays import Reals, Stamps
+from fuzzy_fusion_ros.batch.arrays import Reals, Stamps, unwrapped
 from fuzzy_fusion_ros.offline.recording import Track
 
 
-def interpolated(track: Track, stamps_ns: Stamps) -> Reals:
+def interpolated(track: Track, stamps_ns: Stamps, period: float = 0.0) -> Reals:
     """Return a track between its samples, on straight lines.
 
     Args:
         track: Samples in rising order of stamps.
         stamps_ns: Where it is wanted, shape (n,), nanoseconds.
+        period: A full turn of what wraps; lines then go the short way, and the result is
+            continuous. 0 if it does not wrap.
 
     Returns:
         Shape (n,); NaN before the first and after the last sample: nothing is extrapolated.
@@ -27,7 +29,8 @@ def interpolated(track: Track, stamps_ns: Stamps) -> Reals:
     before = np.where(track.stamps_ns[after] == wanted, after, after - 1)
     gap = track.stamps_ns[after] - track.stamps_ns[before]
     share = (wanted - track.stamps_ns[before]) / np.maximum(gap, 1)
-    found[inside] = (1.0 - share) * track.values[before] + share * track.values[after]
+    values = unwrapped(track.values, period)
+    found[inside] = (1.0 - share) * values[before] + share * values[after]
     return found
 
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from fuzzy_fusion_ros.bag import open_bag
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, baselines_for, methods
-from fuzzy_fusion_ros.batch.arrays import Flags, Reals, Stamps
-from fuzzy_fusion_ros.batch.series import WORTH_COMPILING, Series, Trace, fusion, run
+from fuzzy_fusion_ros.batch.arrays import Flags, Reals, Stamps, nearest
+from fuzzy_fusion_ros.batch.series import WORTH_COMPILING, Series, Trace, fusion, held_s2, run
 from fuzzy_fusion_ros.core.estimator import S2_ONLY, WAITING
 from fuzzy_fusion_ros.messages.outputs import DEVIATION, RULES
 from fuzzy_fusion_ros.offline.check import warnings_of
@@ -178,13 +178,15 @@ def score(
     recomputed = estimate.stamps_ns.size == 0
     trace = _fused(recording.series, parameters)
     computed, computed_explanation = _computed(recording, trace)
+    computed = computed._replace(values=nearest(computed.values, 0.0, recording.period))
     estimate = computed if recomputed else estimate
     if _equal(estimate, computed):
         explanation = {**computed_explanation, **explanation}
     estimate = _from(estimate, recording.start_ns, start_s)
     stamps_ns = estimate.stamps_ns
     series = recording.series
-    truth = interpolated(recording.truth, stamps_ns)
+    period = recording.period
+    truth = interpolated(recording.truth, stamps_ns, period)
     used, origin = _baselines(recording, baselines, stamps_ns[np.isfinite(truth)])
     values = {"estimate": estimate.values}
     deviations = {}
@@ -196,6 +198,7 @@ def score(
         value = np.where(other.mode == WAITING, np.nan, other.value)
         values[name] = held(other.stamp_ns, value, stamps_ns)
         deviations[name] = held(other.stamp_ns, other.standard_deviation, stamps_ns)
+    values = {name: nearest(each, truth, period) for name, each in values.items()}
     usable = np.isfinite([truth, *values.values()]).all(axis=0)
     if not usable.any():
         raise ScoreError(_why_none(recording, estimate))
@@ -234,7 +237,8 @@ def _baselines(
         return given, GIVEN
     series = recording.series
     if given is not None and matched_ns.size:
-        truth = interpolated(recording.truth, series.s1_ns)
+        truth = interpolated(recording.truth, series.s1_ns, recording.period)
+        truth = nearest(truth, held_s2(series), recording.period)
         counted = np.isfinite(truth) & (series.s2_known > 0)
         counted &= (series.s1_ns >= matched_ns[0]) & (series.s1_ns <= matched_ns[-1])
         if counted.any():

@@ -6,11 +6,13 @@ import math
 
 import numpy as np
 import pytest
-from checking.made import both, only, sensor
+from checking.made import START_NS, both, only, sensor
 
 from fuzzy_fusion_ros.batch.arrays import Reals
-from fuzzy_fusion_ros.checking.check import Check
+from fuzzy_fusion_ros.checking.check import Check, check
 from fuzzy_fusion_ros.checking.finding import Level
+from fuzzy_fusion_ros.checking.relation import Kind
+from fuzzy_fusion_ros.checking.samples import TwoSensors
 
 T1: Reals = 0.01 * np.arange(6000)
 T2: Reals = 0.1 * np.arange(600)
@@ -221,6 +223,36 @@ def test_a_rate_by_its_unit_whose_motion_does_not_show_is_not_called_unrelated()
     other = 2.0 * np.sin(0.83 * T2) + np.sin(1.57 * T2) + np.sin(3.1 * T2 + 1.0)
     found = checked(motion(T1), other, "rad/s", "rad")
     assert {each.about for each in found.findings} == {"rate", "motion"}
+
+
+def as_rate(s1: Reals, s2: Reals, unit1: str = "", unit2: str = "") -> Check:
+    return check(
+        TwoSensors(
+            sensor("s1", T1, s1 + 0.02 * float(np.std(s1)) * NOISE, unit=unit1),
+            sensor("s2", T2, s2 + 0.01 * float(np.std(s2)) * NOISE2, unit=unit2),
+            START_NS,
+            is_rate=True,
+        )
+    )
+
+
+@pytest.mark.parametrize(("unit1", "unit2"), [("", ""), ("rad/s", "rad"), ("", "m")])
+def test_a_rate_that_is_meant_to_be_one_is_fine(unit1: str, unit2: str) -> None:
+    found = as_rate(rate(T1), motion(T2 - LAG), unit1, unit2)
+    assert found.findings == ()
+    assert found.relation is not None
+    assert found.relation.kind is Kind.S1_RATE
+
+
+def test_what_is_wrong_with_a_rate() -> None:
+    negated = as_rate(-rate(T1), motion(T2 - LAG))
+    assert only(negated.findings, "sign").remedy == "s1.scale: -1"
+    degrees = as_rate(57.3 * rate(T1), motion(T2 - LAG))
+    assert only(degrees.findings, "scale").remedy == "s1.scale: 0.01745329"
+    no_rate = as_rate(motion(T1), motion(T2 - LAG))
+    assert only(no_rate.findings, "rate").remedy == "s1.kind: value"
+    units = as_rate(rate(T1), motion(T2 - LAG), "rad", "rad")
+    assert "s1 is in rad, s2 in rad" in {each.text for each in units.findings}
 
 
 def test_a_sensor_that_is_stuck() -> None:

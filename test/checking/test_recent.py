@@ -10,6 +10,8 @@ import pytest
 from fuzzy_fusion_ros.checking import recent
 from fuzzy_fusion_ros.checking.recent import Stream, check_recent, warnings
 from fuzzy_fusion_ros.messages import InstalledTypes, ScalarCodec
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 
 CODEC = ScalarCodec(InstalledTypes(), "geometry_msgs/msg/PointStamped")
 TEMPERATURE = ScalarCodec(InstalledTypes(), "sensor_msgs/msg/Temperature")
@@ -28,7 +30,7 @@ def filled(name: str, factor: float, lag: float, every: int, samples: int = 6000
 
 
 def said(s1: Stream, s2: Stream) -> list[str]:
-    return [each.about for each in warnings(check_recent(s1, s2))]
+    return [each.about for each in warnings(check_recent(s1, s2, Parameters()))]
 
 
 def test_what_is_wrong_is_found_in_recent_samples() -> None:
@@ -53,6 +55,16 @@ def test_memory_is_bounded_and_the_newest_are_kept(monkeypatch: pytest.MonkeyPat
     assert all(after - before == 10**7 for before, after in pairwise(samples.stamps_ns))
 
 
-def test_the_unit_is_that_of_the_type_unless_given() -> None:
-    assert Stream("s1", "/s1", TEMPERATURE).samples().unit == "degC"
-    assert Stream("s1", "/s1", TEMPERATURE, "K").samples().unit == "K"
+def test_units_are_those_of_the_types_unless_the_parameters_name_one() -> None:
+    pressure = ScalarCodec(InstalledTypes(), "sensor_msgs/msg/FluidPressure")
+    streams = []
+    for name, codec in (("s1", pressure), ("s2", TEMPERATURE)):
+        stream = Stream(name, f"/{name}", codec)
+        for k in range(100):
+            stream.add(10**18 + k * 10**7, 10**18 + k * 10**7, motion(0.01 * k))
+        streams.append(stream)
+    found = check_recent(streams[0], streams[1], Parameters()).findings
+    assert "s1 is in Pa, s2 in degC" in {each.text for each in found}
+    named = replace(Parameters(), {"signal.unit": "K"})
+    found = check_recent(streams[0], streams[1], named).findings
+    assert "units" not in {each.about for each in found}

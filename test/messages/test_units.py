@@ -8,6 +8,8 @@ from messages.worlds import World
 from fuzzy_fusion_ros.messages import ScalarCodec
 from fuzzy_fusion_ros.messages.units import RATES, signal_unit, unit_of, unit_read
 from fuzzy_fusion_ros.parameters.errors import MessageError
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 
 POINT = "geometry_msgs/msg/PointStamped"
 PRESSURE, RANGE = "sensor_msgs/msg/FluidPressure", "sensor_msgs/msg/Range"
@@ -64,13 +66,13 @@ def test_rates_are_per_second() -> None:
 )
 def test_the_unit_of_a_signal(rosbags: World, s1: str, s2: str, given: str, unit: str) -> None:
     codecs = [ScalarCodec(rosbags.types, each) for each in (s1, s2)]
-    assert signal_unit(*codecs, given) == unit
+    assert signal_unit(*codecs, replace(Parameters(), {"signal.unit": given})) == unit
 
 
 def test_sensors_in_two_units_are_refused_with_both(rosbags: World) -> None:
     codecs = [ScalarCodec(rosbags.types, each) for each in (PRESSURE, RANGE)]
     with pytest.raises(MessageError, match=r"s1 is in Pa \(.*\), s2 is in m \(.*set signal.unit"):
-        signal_unit(*codecs, "")
+        signal_unit(*codecs, Parameters())
 
 
 @pytest.mark.parametrize(("scale", "unit"), [(1.0, "m"), (-1.02, "m"), (100.0, ""), (0.3048, "")])

@@ -1,0 +1,159 @@
+"""Continuous lines in front of the fusion: angles are unwrapped, rates are integrated.
+
+Everything behind works on numbers of any size, so it needs to know of neither. It depends on the
+samples alone, in the order in which they are admitted.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+from fuzzy_fusion_ros.core.numerics import bounded, seconds_between
+from fuzzy_fusion_ros.core.periodic import nearest
+from fuzzy_fusion_ros.core.sample import Sample
+from fuzzy_fusion_ros.core.silence import S1_TIMEOUT, followed, timeout_for
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+
+
+class Lines(Protocol):
+    """Puts samples of both sensors on continuous lines.
+
+    Attributes:
+        parameters: The parameters, replaced when they change.
+    """
+
+    parameters: Parameters
+
+    def on_s1(self, sample: Sample) -> Sample | None:
+        """Return an admitted sample of S1 on its line; None while there is no line."""
+
+    def on_s2(self, sample: Sample) -> Sample:
+        """Return an admitted sample of S2 on its line."""
+
+
+class AsTheyAre:
+    """Samples of values that do not wrap."""
+
+    def __init__(self, parameters: Parameters) -> None:
+        self.parameters = parameters
+
+    def on_s1(self, sample: Sample) -> Sample | None:
+        """Return it."""
+        return sample
+
+    def on_s2(self, sample: Sample) -> Sample:
+        """Return it."""
+        return sample
+
+
+class _S1Line:
+    """S1 so far, and how S2 stood then.
+
+    Attributes:
+        value: The newest sample on its line; None before the first.
+        s2: S2 on its line at that time; None before its first.
+    """
+
+    def __init__(self) -> None:
+        self.value: float | None = None
+        self.s2: float | None = None
+        self._stamp_ns = 0
+        self._interval = 0.0
+        self._rate = 0.0
+
+    def step(self, stamp_ns: int, timeout: float) -> float:
+        """Return the seconds since the last sample; infinite after a silence beyond the timeout."""
+        dt = seconds_between(self._stamp_ns, stamp_ns)
+        is_gap = dt > timeout_for(timeout, S1_TIMEOUT, self._interval)
+        if self._stamp_ns:
+            self._interval = followed(self._interval, dt)
+        self._stamp_ns = stamp_ns
+        return math.inf if is_gap else dt
+
+    def mean_rate(self, rate: float) -> float:
+        """Return the mean of the last rate and a new one."""
+        mean, self._rate = 0.5 * self._rate + 0.5 * rate, rate
+        return mean
+
+    def moved(self, s2: float | None) -> float:
+        """Return how far S2 has moved since the last sample of S1."""
+        return 0.0 if s2 is None or self.s2 is None else s2 - self.s2
+
+
+class Unwrapped:
+    """Angles: each sample is the one nearest to where its line should be.
+
+    S1 should be where it was: it is fast. S2 should have moved as S1 has, and so should S1 as S2
+    after a silence.
+    """
+
+    def __init__(self, parameters: Parameters) -> None:
+        self.parameters = parameters
+        self._s1 = _S1Line()
+        self._s2: float | None = None
+        self._s1_at_s2: float | None = None
+
+    def on_s1(self, sample: Sample) -> Sample | None:
+        """Unwrap it."""
+        is_gap = math.isinf(self._s1.step(sample.stamp_ns, self.parameters.s1.timeout))
+        expected = self._s1.value
+        if expected is None:
+            expected = 0.0 if self._s2 is None else self._s2
+        elif is_gap:
+            expected = self._followed(expected)
+        return self._on_line(sample, self._near(sample.value, expected))
+
+    def on_s2(self, sample: Sample) -> Sample:
+        """Unwrap it."""
+        s1, expected = self._s1.value, self._s2
+        if expected is None:
+            expected = 0.0 if s1 is None else s1
+        elif s1 is not None and self._s1_at_s2 is not None:
+            expected += s1 - self._s1_at_s2
+        self._s2, self._s1_at_s2 = self._near(sample.value, expected), s1
+        return sample._replace(value=self._s2)
+
+    def _followed(self, s1: float) -> float:
+        """Return where S1 is after a silence if it has moved as S2 has."""
+        if self._s1.s2 == self._s2:
+            return s1
+        self._s1_at_s2 = s1 + self._s1.moved(self._s2)
+        return self._s1_at_s2
+
+    def _on_line(self, sample: Sample, value: float) -> Sample:
+        self._s1.value, self._s1.s2 = bounded(value), self._s2
+        return sample._replace(value=self._s1.value)
+
+    def _near(self, value: float, expected: float) -> float:
+        return nearest(value, expected, self.parameters.signal.period)
+
+
+class Integrated(Unwrapped):
+    """A rate: its trapezoidal integral, which starts at the first sample of S2.
+
+    Over a silence beyond the timeout nothing is integrated: it moves as S2 has. Without a sample of
+    S2 there is no line.
+    """
+
+    def on_s1(self, sample: Sample) -> Sample | None:
+        """Integrate it."""
+        dt = self._s1.step(sample.stamp_ns, self.parameters.s1.timeout)
+        mean = self._s1.mean_rate(sample.value)
+        if self._s2 is None:
+            return None
+        if self._s1.value is None:
+            return self._on_line(sample, self._s2)
+        if math.isinf(dt):
+            return self._on_line(sample, self._followed(self._s1.value))
+        return self._on_line(sample, self._s1.value + dt * mean)
+
+    def _near(self, value: float, expected: float) -> float:
+        return super()._near(value, expected) if self.parameters.signal.period > 0.0 else value
+
+
+def lines_for(parameters: Parameters) -> Lines:
+    """Return what ``s1.kind`` and ``signal.period`` ask for."""
+    if parameters.s1.kind == "rate":
+        return Integrated(parameters)
+    return Unwrapped(parameters) if parameters.signal.period > 0.0 else AsTheyAre(parameters)

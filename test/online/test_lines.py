@@ -1,0 +1,200 @@
+"""Angles that wrap and rates that are integrated, in front of the fusion."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fuzzy_fusion_ros.batch import arrays
+from fuzzy_fusion_ros.core.periodic import nearest
+from fuzzy_fusion_ros.core.sample import Sample
+from fuzzy_fusion_ros.online.fusion import Fusion
+from fuzzy_fusion_ros.online.lines import Integrated
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
+
+TURN = 2.0 * math.pi
+SECOND = 1_000_000_000
+CONDITIONED = {
+    "s1.lowpass_time_constant": 0.05,
+    "s1.bias_time_constant": 2.0,
+    "predictor.enabled": True,
+    "predictor.samples": 5,
+}
+
+
+def parameters(period: float = TURN, **changes: object) -> Parameters:
+    return replace(Parameters(), {"signal.period": period, **changes})
+
+
+Row = tuple[int, str, float]
+
+
+def rows(rate: float, seconds: float = 8.0, offset: float = 0.3, wraps: bool = True) -> list[Row]:
+    """S1 at 50 Hz, off by an offset, and S2 at 5 Hz of a heading that turns at a rate."""
+    found = []
+    for k in range(round(50 * seconds)):
+        time_s = 0.02 * k
+        heading = rate * time_s + 0.2 * math.sin(3.0 * time_s)
+        samples = [("s1", heading + offset + 0.02 * math.sin(91.0 * time_s))]
+        if k % 10 == 0:
+            samples.insert(0, ("s2", heading))
+        for name, value in samples:
+            wrapped = nearest(value, 0.0, TURN) if wraps else value
+            found.append((SECOND + round(time_s * SECOND), name, wrapped))
+    return found
+
+
+def estimates(
+    given_rows: list[Row], chosen: Parameters
+) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    fusion = Fusion(chosen)
+    found = []
+    for stamp_ns, name, value in given_rows:
+        on_sample = fusion.on_s1 if name == "s1" else fusion.on_s2
+        found += [each.estimate.value for each in on_sample(Sample(stamp_ns, value)).estimates]
+    return np.array(found)
+
+
+@pytest.mark.parametrize("changes", [{}, CONDITIONED])
+def test_a_signal_that_never_wraps_gives_the_same_to_the_bit(changes: dict[str, object]) -> None:
+    calm = rows(0.0)
+    with_period = estimates(calm, parameters(**changes))
+    assert with_period.size == 400
+    assert np.array_equal(with_period, estimates(calm, parameters(0.0, **changes)))
+
+
+@pytest.mark.parametrize("changes", [{}, CONDITIONED, {"trigger": "pair"}])
+@given(turns=st.lists(st.integers(-3, 3), min_size=441, max_size=441))
+@settings(max_examples=10)
+def test_full_turns_of_any_sample_change_nothing(
+    changes: dict[str, object], turns: list[int]
+) -> None:
+    plain = rows(0.8)
+    turned = [
+        (stamp_ns, name, value + TURN * turn)
+        for (stamp_ns, name, value), turn in zip(plain, turns, strict=False)
+    ]
+    chosen = parameters(**changes)
+    difference = estimates(turned, chosen) - estimates(plain[: len(turned)], chosen)
+    assert difference.size
+    assert np.abs(arrays.nearest(difference, 0.0, TURN)).max() < 1e-9
+
+
+@pytest.mark.parametrize("changes", [{}, CONDITIONED])
+@pytest.mark.parametrize("rate", [0.8, -2.5])
+def test_a_heading_that_turns_is_fused_as_if_it_did_not_wrap(
+    changes: dict[str, object], rate: float
+) -> None:
+    found = estimates(rows(rate), parameters(**changes))
+    line = estimates(rows(rate, wraps=False), parameters(0.0, **changes))
+    assert (found > -0.5 * TURN).all()
+    assert (found <= 0.5 * TURN).all()
+    assert np.abs(arrays.nearest(found - line, 0.0, TURN)).max() < 1e-9
+
+
+@pytest.mark.parametrize("silent", ["s1", "s2"])
+def test_after_a_silence_of_several_turns_the_sensors_agree_again(silent: str) -> None:
+    def heard(wraps: bool) -> list[Row]:
+        made = rows(1.8, 20.0, 0.1, wraps)
+        return [each for each in made if each[1] != silent or not 4.0 < each[0] / 1e9 < 13.0]
+
+    found = estimates(heard(wraps=True), parameters())
+    line = estimates(heard(wraps=False), parameters(0.0))
+    assert np.abs(arrays.nearest(found - line, 0.0, TURN)).max() < 1e-9
+
+
+def test_a_new_timeline_starts_new_lines() -> None:
+    fusion = Fusion(parameters())
+    for stamp_ns, name, value in [*rows(0.8), *rows(0.8)]:
+        on_sample = fusion.on_s1 if name == "s1" else fusion.on_s2
+        verdict = on_sample(Sample(stamp_ns, value))
+    assert fusion.restarts == 1
+    assert verdict.estimates[-1].estimate.value == estimates(rows(0.8), parameters())[-1]
+
+
+@given(st.floats(-1e150, 1e150), st.floats(-1e150, 1e150))
+def test_what_is_nearest_is_finite_and_the_same_for_arrays(value: float, reference: float) -> None:
+    found = nearest(value, reference, TURN)
+    assert math.isfinite(found)
+    if max(abs(value), abs(reference)) < 1e9:
+        assert abs(found - reference) <= 0.5 * TURN * (1 + 1e-6) + 1e-6
+        array = arrays.nearest(np.array([value]), np.array([reference]), TURN)
+        assert array[0] == found
+
+
+def test_half_a_turn_is_positive() -> None:
+    assert nearest(math.pi, 0.0, TURN) == math.pi
+    assert nearest(-math.pi, 0.0, TURN) == math.pi
+    assert nearest(180.0, 0.0, 360.0) == 180.0
+
+
+def test_arrays_are_unwrapped() -> None:
+    line = np.cumsum(np.random.default_rng(0).uniform(-2.0, 2.5, 200))
+    assert arrays.unwrapped(arrays.nearest(line, line[0], TURN), TURN) == pytest.approx(line)
+    assert arrays.unwrapped(line, 0.0) is line
+
+
+def rate_rows(wraps: bool, bias: float = 0.02) -> tuple[list[Row], list[Row]]:
+    """Return S1 as a rate, and as its integral from the first S2 on; both with the same S2."""
+    plain = rows(0.8, offset=0.0, wraps=wraps)
+    rates, values = [], []
+    line, last = plain[0][2], 0.0
+    for stamp_ns, name, value in plain:
+        time_s = (stamp_ns - SECOND) * 1e-9
+        if name == "s2":
+            rates.append((stamp_ns, name, value))
+            values.append((stamp_ns, name, value))
+            continue
+        rate = 0.8 + 0.6 * math.cos(3.0 * time_s) + bias
+        if rates[-1][0] != stamp_ns or len(rates) > 1:
+            line += 0.02 * (0.5 * last + 0.5 * rate)
+        last = rate
+        rates.append((stamp_ns, name, rate))
+        values.append((stamp_ns, name, nearest(line, 0.0, TURN) if wraps else line))
+    return rates, values
+
+
+@pytest.mark.parametrize("changes", [{}, CONDITIONED])
+@pytest.mark.parametrize("period", [0.0, TURN])
+def test_a_rate_is_fused_as_its_integral(changes: dict[str, object], period: float) -> None:
+    rates, values = rate_rows(wraps=period > 0.0)
+    found = estimates(rates, parameters(period, **{"s1.kind": "rate", **changes}))
+    outside = estimates(values, parameters(period, **changes))
+    assert found.size == 400
+    assert np.abs(arrays.nearest(found - outside, 0.0, TURN)).max() < 1e-9
+
+
+def test_a_rate_has_no_value_before_s2_has_spoken() -> None:
+    fusion = Fusion(parameters(0.0, **{"s1.kind": "rate"}))
+    for k in range(1000):
+        verdict = fusion.on_s1(Sample(SECOND + k * SECOND // 50, 1.0))
+        assert (verdict.admitted, verdict.estimates) == (1, ())
+    fusion.on_s2(Sample(SECOND + 20 * SECOND, 5.0))
+    (fused,) = fusion.on_s1(Sample(SECOND + 20 * SECOND, 1.0)).estimates
+    assert fused.estimate.value == pytest.approx(5.0)
+
+
+def test_over_a_gap_a_rate_moves_as_s2_has() -> None:
+    lines = Integrated(parameters(0.0, **{"s1.kind": "rate"}))
+    found = []
+    for k in range(500):
+        stamp_ns = SECOND + k * SECOND // 50
+        lines.on_s2(Sample(stamp_ns, 0.02 * k))
+        if not 100 < k < 300:
+            sample = lines.on_s1(Sample(stamp_ns, 1.0))
+            assert sample is not None
+            found.append(sample.value - 0.02 * k)
+    assert found == pytest.approx([0.0] * len(found), abs=1e-9)
+
+
+def test_a_rate_without_bounds_stays_finite() -> None:
+    fusion = Fusion(parameters(TURN, **{"s1.kind": "rate"}))
+    fusion.on_s2(Sample(SECOND, 1.0))
+    for k in range(20):
+        for fused in fusion.on_s1(Sample(SECOND + k * SECOND // 50, 1.7e308)).estimates:
+            assert math.isfinite(fused.estimate.value)
