@@ -11,6 +11,7 @@ from fuzzy_fusion_ros.messages.codec import ScalarCodec, Template
 from fuzzy_fusion_ros.messages.defaults import default_message
 from fuzzy_fusion_ros.messages.type_fields import TypeDescriptions
 from fuzzy_fusion_ros.messages.type_names import normalise_type_name
+from fuzzy_fusion_ros.messages.variances import Elements, variance_of
 from fuzzy_fusion_ros.online.verdict import Fused
 from fuzzy_fusion_ros.parameters.errors import MessageError
 from fuzzy_fusion_ros.parameters.fusion import EstimateParameters
@@ -94,6 +95,8 @@ def text_message(text: str) -> bytes:
 class EstimateMessages:
     """Makes messages of estimates: S2's latest with another number and stamp, or a type of its own.
 
+    Never with S2's variance: ours where a field for it is named and it is known, else *unknown*.
+
     Attributes:
         codec: Tells their type, and where the estimate is in them.
     """
@@ -109,7 +112,7 @@ class EstimateMessages:
             s2: Reads S2.
 
         Raises:
-            MessageError: The type is unknown or has no such field, or the field is a function
+            MessageError: The type is unknown or has no such fields, or the field is a function
                 that cannot be inverted.
         """
         own = normalise_type_name(parameters.type) if parameters.type else s2.type_name
@@ -124,6 +127,12 @@ class EstimateMessages:
         self._types = types
         self._s2 = s2
         self._s2_message: bytes | None = None
+        variance = variance_of(types, own, self.codec.field)
+        self._unknown = tuple(variance.unknown.values())
+        self._unsure = Elements(types, own, list(variance.unknown))
+        named = parameters.variance_field
+        self._is_known = bool(named)
+        self._variance = Elements(types, own, [named] if named else [])
 
     def message(self, fused: Fused) -> bytes:
         """Return the message of an estimate.
@@ -132,9 +141,14 @@ class EstimateMessages:
             MessageError: The number or the stamp does not fit into it.
         """
         if fused.s2_message is not self._s2_message:
-            self._template = self.codec.template(self._like(fused.s2_message))
+            blank = self._unsure.written(self._like(fused.s2_message), self._unknown)
+            self._template = self.codec.template(blank)
             self._s2_message = fused.s2_message
-        return self._template.filled(fused.estimate.value, fused.stamp_ns)
+        data = self._template.filled(fused.estimate.value, fused.stamp_ns)
+        deviation = fused.estimate.standard_deviation / self.codec.scale
+        if self._is_known and deviation != 0.0:
+            return self._variance.written(data, [deviation * deviation])
+        return data
 
     def _like(self, s2_message: bytes) -> bytes:
         """Return a message to fill: the one of S2, or a default one in its frame."""

@@ -210,6 +210,11 @@ class EstimateParameters(Group):
 
     type: str = text("", "message type of the estimate; empty for S2's")
     field: str = text("", "path of the scalar in the estimate; empty for S2's or the type's own")
+    variance_field: str = text(
+        "",
+        "path of the estimate's variance in its message, such as variance or pose.covariance[35]; "
+        "empty: a variance that belongs to the number is set to unknown",
+    )
     deviation_scale: float = real(
         1.0, "factor of the standard deviation, which tune fits", high=1e6
     )

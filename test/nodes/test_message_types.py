@@ -131,7 +131,16 @@ def test_the_estimate_is_s2s_message_with_number_and_stamp_replaced(
     for at, estimate in zip((5.25, 5.5), estimates, strict=True):
         wanted = kind.make(at, 1.5)  # S2 is 2 and at rest, S1 is 0 and far off: it weighs 1/4
         assert kind.read(estimate) == 1.5
-        assert estimate == wanted
+        assert estimate == unsure(wanted, kind.field)
+
+
+def unsure(message: Any, field: str) -> Any:
+    """A message that does not say how sure its number is."""
+    if "orientation" in field:
+        message.orientation_covariance[0] = 0.0
+    elif hasattr(message, "variance"):
+        message.variance = 0.0
+    return message
 
 
 JOINTS = [["wheel", "pole"], ["pole", "wheel"], ["a longer name", "wheel", "pole"], ["pole"]]

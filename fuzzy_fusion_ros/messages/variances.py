@@ -1,0 +1,162 @@
+"""Where messages say how sure a number is, and how they say that it is not known."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+from fuzzy_fusion_ros.messages.cdr import FORMATS, ORDERS, ORIGIN
+from fuzzy_fusion_ros.messages.field_path import Field, FieldPath, call_in
+from fuzzy_fusion_ros.messages.layout import Layout
+from fuzzy_fusion_ros.messages.resolve import resolve_field
+from fuzzy_fusion_ros.messages.type_fields import FieldType, TypeDescriptions
+
+NO_INFORMATION = 1e6
+"""Variance of what is not known, in types without a convention (pose, twist and acceleration with
+covariance): filters give it no weight, where 0 would count as certain."""
+
+_AXES = {"x": 0, "y": 1, "z": 2, "roll": 0, "pitch": 1, "yaw": 2}
+_GROUPS = {"position": 0, "linear": 0, "orientation": 3, "angular": 3}
+_EARTH = {"longitude": 0, "latitude": 1, "altitude": 2}
+
+
+class Variance(NamedTuple):
+    """The variance of a number in a message.
+
+    Attributes:
+        path: Where it is; empty if the number has one of several.
+        unknown: What a message holds where it is not known, by path: the variance itself and
+            its covariances with other numbers.
+    """
+
+    path: str
+    unknown: Mapping[str, float]
+
+
+NONE = Variance("", {})
+"""Of a number whose type says nothing of how sure it is."""
+
+
+def variance_of(types: TypeDescriptions, type_name: str, field: Field) -> Variance:
+    """Return where the variance of a field is in its messages.
+
+    Args:
+        types: Who describes message types.
+        type_name: ``package/msg/Type``.
+        field: Of that type.
+    """
+    call = call_in(field.text)
+    path = field.paths[0].text
+    owner, _, member = path.rpartition(".")
+    axis = call.name if call is not None and len(field.paths) > 1 else member
+    owners = path.split(".")[:-1]
+    above, _, group = owner.rpartition(".")
+    here = _fields(types, type_name, owners)
+    if _is_number(here.get("variance")):
+        name = _joined(owner, "variance")
+        return Variance(name, {name: 0.0})
+    if member in _EARTH and _has(here, "position_covariance", 9):
+        kind = {_joined(owner, "position_covariance_type"): 0.0}
+        return _matrix(_joined(owner, "position_covariance"), 3, _EARTH[member], 0.0, kind)
+    beside = _fields(types, type_name, owners[:-1]) if owners else {}
+    if _has(beside, f"{group}_covariance", 9):
+        matrix = _joined(above, f"{group}_covariance")
+        if axis in _AXES:
+            return _matrix(matrix, 3, _AXES[axis], 0.0)
+        return Variance("", _all(matrix, 9))
+    over = _fields(types, type_name, owners[:-2]) if len(owners) > 1 else {}
+    if group in _GROUPS and _has(over, "covariance", 36):
+        matrix = _joined(".".join(owners[:-2]), "covariance")
+        if axis in _AXES:
+            return _matrix(matrix, 6, _GROUPS[group] + _AXES[axis], NO_INFORMATION)
+        diagonal = {f"{matrix}[{7 * (_GROUPS[group] + k)}]": NO_INFORMATION for k in range(3)}
+        return Variance("", {**_all(matrix, 36), **diagonal})
+    return NONE
+
+
+def _fields(
+    types: TypeDescriptions, type_name: str, owners: Iterable[str]
+) -> Mapping[str, FieldType]:
+    for owner in owners:
+        type_name = types.fields(type_name)[FieldPath(owner).parts[0].name].name
+    return types.fields(type_name)
+
+
+def _is_number(field: FieldType | None) -> bool:
+    return field is not None and field.is_number and not field.is_array
+
+
+def _has(fields: Mapping[str, FieldType], name: str, size: int) -> bool:
+    field = fields.get(name)
+    return field is not None and field.is_fixed and field.is_number and field.capacity == size
+
+
+def _joined(owner: str, name: str) -> str:
+    return f"{owner}.{name}" if owner else name
+
+
+def _all(matrix: str, size: int) -> dict[str, float]:
+    return {f"{matrix}[{k}]": 0.0 for k in range(size)}
+
+
+def _matrix(
+    matrix: str, order: int, row: int, unknown: float, more: Mapping[str, float] | None = None
+) -> Variance:
+    """Return a variance on the diagonal of a square matrix by rows.
+
+    Args:
+        matrix: Its path.
+        order: Its rows.
+        row: That of the number.
+        unknown: A variance that is not known. If it is 0, all others have to be 0, too: only
+            then it means that.
+        more: What else says that it is not known.
+    """
+    path = f"{matrix}[{row * (order + 1)}]"
+    if unknown == 0.0:
+        return Variance(path, {**_all(matrix, order * order), **(more or {})})
+    across = {f"{matrix}[{row * order + k}]": 0.0 for k in range(order)}
+    down = {f"{matrix}[{k * order + row}]": 0.0 for k in range(order)}
+    return Variance(path, {**across, **down, path: unknown})
+
+
+class Elements:
+    """Numbers of a type's messages, to be overwritten."""
+
+    def __init__(self, types: TypeDescriptions, type_name: str, paths: Sequence[str]) -> None:
+        """Find out where they lie.
+
+        Args:
+            types: Who describes message types.
+            type_name: ``package/msg/Type``.
+            paths: To the numbers.
+
+        Raises:
+            MessageError: A path does not lead to a number.
+        """
+        found = [path for each in paths for path in resolve_field(types, type_name, each).paths]
+        self._walks = {
+            begin: [
+                (order + FORMATS[path.number], Layout(types, order).place(type_name, path))
+                for path in found
+            ]
+            for begin, order in ORDERS.items()
+        }
+
+    def written(self, data: bytes, values: Iterable[float]) -> bytes:
+        """Return a message with other numbers.
+
+        Args:
+            data: A message that can be read.
+            values: The numbers, in the order of their paths.
+
+        Raises:
+            MessageError: It lacks an element.
+        """
+        changed = bytearray(data)
+        for (form, walk), value in zip(self._walks[data[:2]], values, strict=True):
+            struct.pack_into(
+                form, changed, walk(data, ORIGIN), value if form[1] in "fd" else int(value)
+            )
+        return bytes(changed)

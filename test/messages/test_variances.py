@@ -1,0 +1,107 @@
+"""Where messages say how sure a number is, and that it is not known."""
+
+from __future__ import annotations
+
+import pytest
+from messages.worlds import World
+
+from fuzzy_fusion_ros.core.aggregator import Aggregate, FiringStrengths
+from fuzzy_fusion_ros.core.estimator import FUSED, Estimate, initial_state
+from fuzzy_fusion_ros.core.gate import NO_PREDICTION
+from fuzzy_fusion_ros.messages import ScalarCodec, resolve_field
+from fuzzy_fusion_ros.messages.outputs import EstimateMessages
+from fuzzy_fusion_ros.messages.variances import NO_INFORMATION, NONE, variance_of
+from fuzzy_fusion_ros.online.verdict import Fused
+from fuzzy_fusion_ros.parameters.errors import MessageError
+from fuzzy_fusion_ros.parameters.fusion import EstimateParameters, Parameters
+
+IMU, ODOMETRY, FIX = "sensor_msgs/msg/Imu", "nav_msgs/msg/Odometry", "sensor_msgs/msg/NavSatFix"
+AGGREGATE = Aggregate(0.0, 0.0, 0.0, FiringStrengths(0.0, 0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("msgtype", "field", "path"),
+    [
+        ("sensor_msgs/msg/Temperature", "temperature", "variance"),
+        ("sensor_msgs/msg/FluidPressure", "altitude(fluid_pressure)", "variance"),
+        ("sensor_msgs/msg/Range", "range", "variance"),
+        (IMU, "angular_velocity.z", "angular_velocity_covariance[8]"),
+        (IMU, "yaw(orientation)", "orientation_covariance[8]"),
+        (IMU, "roll(orientation)", "orientation_covariance[0]"),
+        (IMU, "linear_acceleration.y", "linear_acceleration_covariance[4]"),
+        (FIX, "altitude", "position_covariance[8]"),
+        (FIX, "latitude", "position_covariance[4]"),
+        (ODOMETRY, "twist.twist.linear.x", "twist.covariance[0]"),
+        (ODOMETRY, "pose.pose.position.z", "pose.covariance[14]"),
+        (ODOMETRY, "yaw(pose.pose.orientation)", "pose.covariance[35]"),
+        (
+            "geometry_msgs/msg/PoseWithCovarianceStamped",
+            "pose.pose.position.x",
+            "pose.covariance[0]",
+        ),
+    ],
+)
+def test_the_variance_of_a_number(world: World, msgtype: str, field: str, path: str) -> None:
+    found = variance_of(world.types, msgtype, resolve_field(world.types, msgtype, field))
+    assert found.path == path
+    assert path in found.unknown
+
+
+@pytest.mark.parametrize(
+    ("msgtype", "field"),
+    [
+        ("geometry_msgs/msg/PointStamped", "point.x"),
+        ("sensor_msgs/msg/JointState", "position[0]"),
+        ("std_msgs/msg/Float64", "data"),
+        ("geometry_msgs/msg/TwistStamped", "twist.linear.x"),
+        ("geometry_msgs/msg/PoseArray", "poses[0].position.x"),
+    ],
+)
+def test_types_that_do_not_tell(world: World, msgtype: str, field: str) -> None:
+    assert variance_of(world.types, msgtype, resolve_field(world.types, msgtype, field)) == NONE
+
+
+def fused(message: bytes, deviation: float) -> Fused:
+    estimate = Estimate(FUSED, 0.25, AGGREGATE, NO_PREDICTION, False, deviation)
+    return Fused(7, estimate, initial_state(Parameters()), message)
+
+
+def test_the_variance_of_s2_is_never_passed_on(world: World) -> None:
+    codec = ScalarCodec(world.types, ODOMETRY, "twist.twist.angular.z")
+    s2 = world.data(ODOMETRY, {"twist.covariance": [1.0 + k for k in range(36)]})
+    data = EstimateMessages(world.types, EstimateParameters(), codec).message(fused(s2, 0.5))
+    assert codec.sample(data, 0).value == 0.25
+    for k in range(36):
+        element = ScalarCodec(world.types, ODOMETRY, f"twist.covariance[{k}]")
+        is_ours = k // 6 == 5 or k % 6 == 5
+        expected = NO_INFORMATION if k == 35 else 0.0 if is_ours else 1.0 + k
+        assert element.sample(data, 0).value == expected
+
+
+def test_zeros_say_that_a_covariance_is_not_known(world: World) -> None:
+    codec = ScalarCodec(world.types, FIX, "altitude")
+    s2 = world.data(
+        FIX,
+        {"position_covariance": [4.0] * 8 + [9.0], "position_covariance_type": 2},
+    )
+    data = EstimateMessages(world.types, EstimateParameters(), codec).message(fused(s2, 0.5))
+    for path in ("position_covariance[0]", "position_covariance[8]", "position_covariance_type"):
+        assert ScalarCodec(world.types, FIX, path).sample(data, 0).value == 0.0
+
+
+def test_our_variance_is_written_where_it_is_named_and_known(world: World) -> None:
+    kind = "sensor_msgs/msg/Temperature"
+    codec = ScalarCodec(world.types, kind, "", 0.5, 0.0)
+    variance = ScalarCodec(world.types, kind, "variance")
+    s2 = world.data(kind, {"variance": 9.0})
+    messages = EstimateMessages(world.types, EstimateParameters(variance_field="variance"), codec)
+    for deviation, expected in ((0.5, 1.0), (0.0, 0.0), (0.25, 0.25)):
+        data = messages.message(fused(s2, deviation))
+        assert variance.sample(data, 0).value == expected
+        assert codec.sample(data, 0).value == 0.25
+
+
+def test_a_field_for_the_variance_that_is_not_there_is_refused(world: World) -> None:
+    codec = ScalarCodec(world.types, "sensor_msgs/msg/Temperature")
+    with pytest.raises(MessageError, match="no field 'covariance'"):
+        EstimateMessages(world.types, EstimateParameters(variance_field="covariance[0]"), codec)
