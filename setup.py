@@ -81,6 +81,7 @@ TEST = [
     "colcon-bash==0.5.0",  # pinned with colcon-ros
     "colcon-ros==0.5.0",  # pinned: the build that the packaging tests were written against
     "coverage>=7.10",  # measures child processes without help
+    "distributed",  # the cluster of --scheduler
     "filterpy==2.0.0",  # pinned: an oracle for the Kalman filters, and what benchmarks run against
     "furo",  # the look of the site
     "hypothesis",
@@ -177,6 +178,7 @@ setup(
         "generators": JAZZY_GENERATORS,
         "generators-kilted": KILTED_GENERATORS,
         "speed": ["numba"],
+        "fleet": ["distributed"],
         "test": TEST,
     },
     cmdclass={"install_data": InstallData, "develop": Develop},

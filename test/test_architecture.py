@@ -124,6 +124,7 @@ ONLY_IN = {
     "mcap": ("bag",),
     "matplotlib": ("plots",),
     "numba": ("batch/compiled.py",),
+    "distributed": ("jobs/fleet.py",),
 }
 
 # Costs start-up time, or is not there on every machine that uses the method alone.

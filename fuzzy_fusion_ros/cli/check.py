@@ -7,46 +7,84 @@ something is wrong.
 
 Without topics it lists which numbers of the bag move together, with lag and scale, whatever their
 topics and types are; /s1 and /s2 are checked then only if the bag has them.
+
+Of several bags there is one table and one JSON document. A bag that cannot be checked is a row that
+says why; the exit status is then 1.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
-from fuzzy_fusion_ros.cli import options
-from fuzzy_fusion_ros.cli.progress import BARS
+from fuzzy_fusion_ros.cli import fleet, options
 from fuzzy_fusion_ros.cli.status import DONE, FAILED, command, say, show
+from fuzzy_fusion_ros.jobs.fleet import Failure
 from fuzzy_fusion_ros.offline.topics import Topics
 from fuzzy_fusion_ros.parameters.arguments import Parser
+
+if TYPE_CHECKING:
+    from fuzzy_fusion_ros.jobs.check import CheckResult
 
 
 @command("check")
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Check a bag; return whether nothing is wrong."""
+    """Check one or several bags; return whether nothing is wrong."""
     given = command_line().parse_args(arguments)
     topics, window = options.topics_of(given), options.window_of(given)
-    options.require_results(given, given.bag, given.params)
+    options.require_results(given, *given.bag, given.params)
     from fuzzy_fusion_ros.jobs.check import check  # after parsing: takes time to import
 
-    result = check(
-        given.bag,
-        parameters=given.params,
+    task = functools.partial(
+        check,
+        parameters=fleet.absolute(given.params, given),
         topics=None if topics == Topics() else topics,
         **window,
-        progress=BARS,
+        progress=fleet.progress_of(given),
     )
-    for note in result.notes:
-        say("check", f"{given.bag}: {note}")
-    show(result.report(), on_stderr=given.json == "-")
+    bags = [fleet.absolute(each, given) or each for each in given.bag]
+    found = dict(zip(bags, fleet.run(task, bags, given), strict=True))
+    documents = {}
+    fine = True
+    for bag, each in found.items():
+        if isinstance(each, Failure):
+            documents[bag] = {"error": each.reason}
+            fine = False
+            continue
+        documents[bag] = each.as_json()
+        fine &= each.is_fine
+        for note in each.notes:
+            say("check", f"{bag}: {note}")
+    show(_text(found), on_stderr=given.json == "-")
     if given.json:
-        options.write_json(result.as_json(), given.json)
-    return DONE if result.is_fine else FAILED
+        only = next(iter(documents.values()))
+        options.write_json(only if len(documents) == 1 else documents, given.json)
+    return DONE if fine else FAILED
+
+
+def _text(found: Mapping[str, CheckResult | Failure]) -> str:
+    """Return what was found: of one bag all of it, of several a row each."""
+    from fuzzy_fusion_ros.checking.finding import Level  # after parsing: takes time to import
+
+    rows: list[tuple[str, ...]] = [("bag", "problems", "")]
+    for bag, each in found.items():
+        if isinstance(each, Failure):
+            rows.append(fleet.failed_row(bag, each, len(rows[0])))
+            continue
+        if len(found) == 1:
+            return each.report()
+        findings = () if each.check is None else each.check.findings
+        wrong = [str(one) for one in findings if one.level is not Level.INFO]
+        words = "; ".join(wrong) or ("" if each.check else "not checked: no /s1 and /s2")
+        rows.append((bag, str(len(wrong)), words))
+    return fleet.bag_table(rows)
 
 
 def command_line() -> Parser:
     """Return the parser of its arguments."""
     parser = Parser("check", __doc__)
-    parser.add_argument("bag", metavar="BAG", help="rosbag2 directory or .mcap file")
+    fleet.add_bags(parser)
     options.add_params(parser)
     options.add_topics(parser)
     options.add_window(parser)

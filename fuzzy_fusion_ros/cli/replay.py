@@ -2,6 +2,8 @@
 
 The new bag holds the messages of the old one, bytes unchanged, without an old estimate; after each
 message comes what fusion_node would have published because of it: estimate and explanation.
+Several bags give several new bags, in the directory --output; one that cannot be replayed is a row
+that says why, and the exit status is then 1.
 
 With --live, every message but the old estimate is published on its topic as soon as S1 and S2 have
 subscribers; /clock follows the times of recording.
@@ -10,19 +12,25 @@ subscribers; /clock follows the times of recording.
 from __future__ import annotations
 
 import argparse
+import functools
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from fuzzy_fusion_ros.cli import options
-from fuzzy_fusion_ros.cli.progress import BARS
-from fuzzy_fusion_ros.cli.status import DONE, command, say, show
+from fuzzy_fusion_ros.cli import fleet, options
+from fuzzy_fusion_ros.cli.status import DONE, FAILED, command, say, show
+from fuzzy_fusion_ros.jobs.fleet import Failure
+from fuzzy_fusion_ros.jobs.outputs import one_for_each
 from fuzzy_fusion_ros.parameters.arguments import Parser
 from fuzzy_fusion_ros.parameters.errors import UsageError
+
+if TYPE_CHECKING:
+    from fuzzy_fusion_ros.offline.replay import Replayed
 
 
 @command("replay")
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Replay a bag."""
+    """Replay one or several bags."""
     given = command_line().parse_args(arguments)
     return _play(given) if given.live else _replay(given)
 
@@ -30,35 +38,75 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _replay(given: argparse.Namespace) -> int:
     if given.rate is not None or given.loop:
         raise UsageError("--rate and --loop require --live: offline, replay runs at full speed")
-    output = Path(given.output or f"{Path(given.bag).resolve().stem}_replay")
-    from fuzzy_fusion_ros.jobs.replay import replay  # after parsing: takes time to import
-    from fuzzy_fusion_ros.online.mode_shares import in_words
-
-    replayed = replay(
-        given.bag,
-        output,
-        parameters=given.params,
-        topics=options.topics_of(given),
-        **options.window_of(given),
-        progress=BARS,
+    topics, window = options.topics_of(given), options.window_of(given)
+    task = functools.partial(
+        _replay_to,
+        parameters=fleet.absolute(given.params, given),
+        topics=topics,
+        **window,
+        progress=fleet.progress_of(given),
     )
+    bags = [fleet.absolute(each, given) or each for each in given.bag]
+    outputs = [fleet.absolute(str(each), given) or "" for each in _outputs(bags, given.output)]
+    found = fleet.run(task, list(zip(bags, outputs, strict=True)), given)
+    rows: list[tuple[str, ...]] = [("bag", "copied", "estimates", "new bag")]
+    for bag, output, each in zip(bags, outputs, found, strict=True):
+        if isinstance(each, Failure):
+            rows.append(fleet.failed_row(bag, each, len(rows[0])))
+            continue
+        _say_notes(each)
+        rows.append((bag, str(each.messages), str(each.estimates), output))
+        if len(found) == 1:
+            _show_one(output, each)
+    if len(found) > 1:
+        show(fleet.bag_table(rows))
+    return FAILED if any(isinstance(each, Failure) for each in found) else DONE
+
+
+def _outputs(bags: Sequence[str], given: str | None) -> list[Path]:
+    """Return the new bags: of one bag as given, of several below the directory that is given."""
+    if len(bags) == 1:
+        return [Path(given or f"{Path(bags[0]).resolve().stem}_replay")]
+    names = [str(Path(bag).resolve()) for bag in bags]
+    return [
+        each.with_name(f"{each.name.removeprefix('replay_')}_replay")
+        for each in one_for_each(Path(given or ".", "replay"), names)
+    ]
+
+
+def _replay_to(item: tuple[str, str], **how: Any) -> Replayed:
+    from fuzzy_fusion_ros.jobs.replay import replay  # after parsing: takes time to import
+
+    bag, output = item
+    return replay(bag, output, **how)
+
+
+def _say_notes(replayed: Replayed) -> None:
     for note in replayed.notes:
         say("replay", note)
     if replayed.restarts:
         times = "once" if replayed.restarts == 1 else f"{replayed.restarts} times"
         say("replay", f"timestamps jumped back {times}: state cleared, restarted")
+
+
+def _show_one(output: str, replayed: Replayed) -> None:
+    from fuzzy_fusion_ros.online.mode_shares import in_words
+
     show(f"{output}: {replayed.messages} messages copied, {replayed.estimates} estimates written")
     show(f"modes: {in_words(replayed.modes)}")
-    return DONE
 
 
 def _play(given: argparse.Namespace) -> int:
     if given.output:
         raise UsageError("--output cannot be used with --live, which writes nothing")
+    if len(given.bag) > 1 or given.scheduler or given.jobs > 1:
+        raise UsageError(
+            "--live plays one bag, here: --jobs and --scheduler cannot be used with it"
+        )
     topics, window = options.topics_of(given), options.window_of(given)
     from fuzzy_fusion_ros.jobs.replay import play  # after parsing: takes time to import
 
-    played = play(given.bag, topics=topics, **window, rate=given.rate or 1.0, loop=given.loop)
+    played = play(given.bag[0], topics=topics, **window, rate=given.rate or 1.0, loop=given.loop)
     for note in played.notes:
         say("replay", note)
     show(f"{played.messages} messages published")
@@ -68,11 +116,12 @@ def _play(given: argparse.Namespace) -> int:
 def command_line() -> Parser:
     """Return the parser of its arguments."""
     parser = Parser("replay", __doc__)
-    parser.add_argument("bag", metavar="BAG", help="rosbag2 directory or .mcap file")
+    fleet.add_bags(parser)
     parser.add_argument(
         "--output",
         metavar="DIR",
-        help="directory of the new bag {the name of BAG with _replay appended, in the current one}",
+        help="directory of the new bag; of several bags, the directory that theirs are made in "
+        "{the name of BAG with _replay appended, in the current directory}",
     )
     options.add_params(parser)
     options.add_topics(parser)

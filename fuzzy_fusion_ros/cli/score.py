@@ -10,12 +10,13 @@ that is scored, which flatters them.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+import functools
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from fuzzy_fusion_ros.cli import options
-from fuzzy_fusion_ros.cli.progress import BARS
+from fuzzy_fusion_ros.cli import fleet, options
 from fuzzy_fusion_ros.cli.status import DONE, FAILED, command, say, show
+from fuzzy_fusion_ros.jobs.fleet import Failure
 from fuzzy_fusion_ros.parameters.arguments import Parser
 from fuzzy_fusion_ros.parameters.errors import UsageError
 
@@ -33,31 +34,60 @@ def main(arguments: Sequence[str] | None = None) -> int:
     from fuzzy_fusion_ros.scoring.regression import read_scores
 
     before = read_scores(given.baseline) if given.baseline else None
-    scores = [
-        score(bag, parameters=given.params, topics=topics, **window, unit=given.unit, progress=BARS)
-        for bag in given.bag
-    ]
-    documents = _report(scores, given)
-    return DONE if before is None else _check(documents, before, given.tolerance)
+    task = functools.partial(
+        score,
+        parameters=fleet.absolute(given.params, given),
+        topics=topics,
+        **window,
+        unit=given.unit,
+        progress=fleet.progress_of(given),
+    )
+    bags = [fleet.absolute(each, given) or each for each in given.bag]
+    found = dict(zip(bags, fleet.run(task, bags, given), strict=True))
+    documents = _report(found, given)
+    status = FAILED if any(isinstance(each, Failure) for each in found.values()) else DONE
+    return status if before is None else max(status, _check(documents, before, given.tolerance))
 
 
-def _report(scores: Sequence[Score], given: argparse.Namespace) -> dict[str, dict[str, Any]]:
+def _report(
+    found: Mapping[str, Score | Failure], given: argparse.Namespace
+) -> dict[str, dict[str, Any]]:
     """Print, draw and write the scores; return them as JSON by the names of their bags."""
     from fuzzy_fusion_ros.scoring.report import report
 
+    scores = [each for each in found.values() if not isinstance(each, Failure)]
     for each in scores:
         for note in each.notes:
             say("score", f"{each.name}: {note}")
-    show(report(scores), on_stderr=given.json == "-")
+    text = report(scores[0]) if len(found) == 1 else fleet.bag_table(_rows(found))
+    show(text, on_stderr=given.json == "-")
     if given.plot:
         _plot(scores, given.plot)
     if given.report:
         _write_reports(scores, given.report, given.params)
     documents = {each.name: each.as_json() for each in scores}
     if given.json:
-        only = next(iter(documents.values()))
-        options.write_json(only if len(documents) == 1 else documents, given.json)
+        failed = {
+            bag: {"error": each.reason} for bag, each in found.items() if isinstance(each, Failure)
+        }
+        every = documents | failed
+        options.write_json(next(iter(every.values())) if len(found) == 1 else every, given.json)
     return documents
+
+
+def _rows(found: Mapping[str, Score | Failure]) -> list[tuple[str, ...]]:
+    head = ("bag: RMSE", "unit", "s1", "s2", "estimate", "of best", "best baseline")
+    rows: list[tuple[str, ...]] = [head]
+    for bag, each in found.items():
+        if isinstance(each, Failure):
+            rows.append(fleet.failed_row(bag, each, len(head)))
+            continue
+        best = each.best_baseline
+        rmse = {name: each.scores(name)["rmse"] for name in ("s1", "s2", "estimate", best)}
+        numbers = [f"{rmse[name]:.4g}" for name in ("s1", "s2", "estimate")]
+        ratio = f"{rmse['estimate'] / rmse[best]:.2f}" if rmse[best] > 0.0 else ""
+        rows.append((bag, each.unit, *numbers, ratio, f"{best}, {rmse[best]:.4g}"))
+    return rows
 
 
 def _plot(scores: Sequence[Score], path: str) -> None:
@@ -84,7 +114,7 @@ def _check(documents: dict[str, dict[str, Any]], before: dict[str, Any], percent
 
     status = DONE
     for name, document in documents.items():
-        earlier = before if len(documents) == 1 else before.get(name)
+        earlier = before if "estimators" in before else before.get(name)
         if not isinstance(earlier, dict):
             raise UsageError(f"--baseline has no score of {name}; it has {', '.join(before)}")
         for problem in regressions(document, earlier, percent):
@@ -96,9 +126,7 @@ def _check(documents: dict[str, dict[str, Any]], before: dict[str, Any], percent
 def command_line() -> Parser:
     """Return the parser of its arguments."""
     parser = Parser("score", __doc__)
-    parser.add_argument(
-        "bag", metavar="BAG", nargs="+", help="rosbag2 directory or .mcap file; one or several"
-    )
+    fleet.add_bags(parser)
     options.add_params(parser)
     options.add_topics(parser)
     options.add_window(parser)

@@ -16,28 +16,18 @@ BEST_BASELINE = "+"
 
 SURENESS_TITLE = "how far their own standard deviations hold"
 
-LONGEST_NAME = 24
-"""Characters of a recording's name, counted from its end, at the head of a column."""
 
-
-def report(scores: Sequence[Score], metrics: Sequence[str] = tuple(METRICS)) -> str:
-    """Return a table per recording and, of several, one with all of them side by side.
+def report(score: Score, metrics: Sequence[str] = tuple(METRICS)) -> str:
+    """Return what there is to say of a recording, with a table of all estimators.
 
     Args:
-        scores: The recordings.
+        score: The recording.
         metrics: Names of the metrics to show.
     """
-    parts = ["\n".join(_tables(each, metrics)) for each in scores]
-    if len(scores) > 1:
-        parts.append(f"RMSE, side by side\n{side_by_side(scores)}")
-    return "\n\n".join(parts)
-
-
-def _tables(score: Score, metrics: Sequence[str]) -> list[str]:
     tables = [summary(score), table(score, metrics)]
     if score.deviations:
         tables += [f"{SURENESS_TITLE}:", sureness(score)]
-    return tables
+    return "\n".join(tables)
 
 
 def sureness(score: Score) -> str:
@@ -92,16 +82,6 @@ def cells(score: Score, metrics: Sequence[str] = tuple(METRICS)) -> list[tuple[s
         values = [each[metric] for each in scores.values()]
         columns.append(number_column(metric, _unit(metric, score.unit), values))
     return _rows(columns)
-
-
-def side_by_side(scores: Sequence[Score]) -> str:
-    """Return the RMSE of all estimators, one recording a column, the best of each marked."""
-    columns = [["", "", *scores[0].values]]
-    for score in scores:
-        name = score.name if len(score.name) <= LONGEST_NAME else f"…{score.name[-LONGEST_NAME:]}"
-        values = [score.scores(each)["rmse"] for each in scores[0].values]
-        columns.append(number_column(name, _unit("rmse", score.unit), values))
-    return text_table(_rows(columns), headers=2)
 
 
 def _rows(columns: Sequence[Sequence[str]]) -> list[tuple[str, ...]]:

@@ -38,6 +38,20 @@ def test_nothing_is_wrong(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     assert out.endswith("\n\nnothing is wrong\n")
 
 
+def test_several_bags_are_a_row_each(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bags = [str(write_pair(tmp_path / fault, fault)) for fault in ("none", "negated")]
+    document = tmp_path / "found.json"
+    given = [*bags, str(tmp_path / "missing"), "--json", str(document), "--jobs", "2"]
+    assert main([*given, "--s1", "/s1", "--field", "s1=point.x"]) == 1
+    rows = capsys.readouterr().out.splitlines()
+    assert rows[1].split()[1:] == ["0"]
+    assert "fix: s1.scale: -1" in " ".join(rows)
+    assert any("failed: " in row for row in rows)
+    found = json.loads(document.read_text())
+    assert list(found) == [*bags, str(tmp_path / "missing")]
+    assert "error" in found[str(tmp_path / "missing")]
+
+
 @pytest.mark.parametrize(
     ("fault", "line"),
     [

@@ -38,6 +38,20 @@ def test_it_is_named_after_the_old_one(
     assert messages(tmp_path / "bag_replay") == messages(tmp_path / "bag_0_replay")
 
 
+def test_several_bags_give_several(
+    bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other = write_scalars(tmp_path / "other", swing())
+    alone, both = tmp_path / "alone", tmp_path / "both"
+    assert main([str(bag), "--output", str(alone)]) == 0
+    bags = [str(each) for each in (bag, tmp_path / "missing", other)]
+    assert main([*bags, "--output", str(both), "--jobs", "2"]) == 1
+    assert "failed: " in capsys.readouterr().out
+    assert messages(both / "bag_replay") == messages(alone)
+    assert len(messages(both / "other_replay", ["/estimate"])) == 500
+    assert sorted(each.name for each in both.iterdir()) == ["bag_replay", "other_replay"]
+
+
 def test_the_new_bag_is_all_that_score_needs(bag: Path, tmp_path: Path) -> None:
     params = tmp_path / "params.yaml"
     params.write_text("fusion_node:\n  ros__parameters:\n    aggregator.weight.small: 0.9\n")

@@ -44,7 +44,7 @@ def test_json_on_stdout_is_alone(bag: Path, capsys: pytest.CaptureFixture[str]) 
     assert "kalman_bias" in said
 
 
-def test_several_bags_go_side_by_side(
+def test_several_bags_make_one_table_and_one_document(
     bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     other = write_scalars(tmp_path / "other", swing(estimate=False))
@@ -52,11 +52,17 @@ def test_several_bags_go_side_by_side(
     plot = tmp_path / "both.png"
     assert main([str(bag), str(other), "--json", str(path), "--plot", str(plot)]) == 0
     assert list(json.loads(path.read_text())) == [str(bag), str(other)]
-    assert "side by side" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert [line.split()[0] for line in out.splitlines()[1:] if line[0] != " "] == [
+        f"…{str(each)[-23:]}" for each in (bag, other)
+    ]
+    assert max(map(len, out.splitlines())) <= 80
     assert (tmp_path / "both_bag.png").exists()
     assert (tmp_path / "both_other.png").exists()
     assert main([str(bag), str(other), "--baseline", str(path)]) == 0
-    assert main([str(bag), str(tmp_path / "new"), "--baseline", str(path)]) == 2
+    capsys.readouterr()
+    assert main([str(bag), str(tmp_path / "new"), "--baseline", str(path), "--jobs", "2"]) == 1
+    assert "failed: bag" in capsys.readouterr().out
     write_scalars(tmp_path / "new", swing())
     assert main([str(bag), str(tmp_path / "new"), "--baseline", str(path)]) == 2
     assert "--baseline has no score of" in capsys.readouterr().err

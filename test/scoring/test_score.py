@@ -57,7 +57,7 @@ def test_the_estimate_s_own_standard_deviation_is_scored(tmp_path: Path) -> None
         assert 0.0 <= found["within_1sd"] <= found["within_2sd"] <= 1.0
         assert np.isfinite(found["nll"])
         assert "within_1sd" not in score.as_json()["estimators"]["s1"]
-        assert "within_2sd" in report([score])
+        assert "within_2sd" in report(score)
     assert np.array_equal(computed.deviations["estimate"], replayed.deviations["estimate"])
 
 
@@ -301,22 +301,6 @@ def test_the_summary_says_what_matched(bag: Path) -> None:
     ]
     assert "which flatters them" in summary(score._replace(baselines=FITTED))
     assert "estimate: computed" in summary(score._replace(recomputed=True))
-
-
-def test_several_are_shown_side_by_side(bag: Path) -> None:
-    score = scored(bag)._replace(name="one", unit="rad")
-    text = report([score, score._replace(name="/a/long/path/to/another/bag", unit="m")])
-    assert text.count("500 of 500 estimates") == 2
-    last = text.split("\n\n")[-1].splitlines()
-    assert last[0] == "RMSE, side by side"
-    assert [last[1].split(), last[2].split()] == [
-        ["one", "…long/path/to/another/bag"],
-        ["rad", "m"],
-    ]
-    assert last[3].split() == ["estimate", "0.01", "0.01"]
-    best = next(line for line in last if line.startswith(score.best_baseline))
-    assert [each[-1] for each in best.split()[1:]] == ["*", "*"]
-    assert report([score]).count("side by side") == 0
 
 
 def test_defaults_are_derived_once_per_recording(bag: Path) -> None:

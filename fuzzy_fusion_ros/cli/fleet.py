@@ -1,0 +1,87 @@
+"""Commands that take several bags: their options, and what becomes of a bag that fails."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+
+from fuzzy_fusion_ros.cli.progress import BARS
+from fuzzy_fusion_ros.jobs.fleet import Failure, outcomes
+from fuzzy_fusion_ros.jobs.progress import SILENT, Progress
+from fuzzy_fusion_ros.parameters.errors import FusionError
+from fuzzy_fusion_ros.text.table import text_table
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+MOST_JOBS = 1024
+
+
+def add_bags(parser: argparse.ArgumentParser) -> None:
+    """Add the bags, ``--jobs`` and ``--scheduler``."""
+    parser.add_argument(
+        "bag", metavar="BAG", nargs="+", help="rosbag2 directory or .mcap file; one or several"
+    )
+    parser.add_argument(
+        "--jobs",
+        metavar="N",
+        type=_jobs,
+        default=1,
+        help="work on this many bags at a time, each in a process of its own {1}",
+    )
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="work on the cluster of this Dask scheduler, for example tcp://host:8786, whose "
+        "workers see the bags, and all files named here, at the same absolute paths",
+    )
+
+
+def progress_of(arguments: argparse.Namespace) -> Progress:
+    """Return what shows the progress within a bag: nothing where another process works on it."""
+    return SILENT if arguments.scheduler or arguments.jobs > 1 else BARS
+
+
+def absolute(path: str | None, arguments: argparse.Namespace) -> str | None:
+    """Return a path as a task is to be given it: absolute where another machine may read it."""
+    return os.path.abspath(path) if path is not None and arguments.scheduler else path
+
+
+def run(
+    task: Callable[[T], R], items: Sequence[T], arguments: argparse.Namespace
+) -> list[R | Failure]:
+    """Run a task for each bag.
+
+    Raises:
+        FusionError: There is one bag only, and it cannot be used; or no scheduler answers.
+    """
+    ran = outcomes(task, items, arguments.jobs, arguments.scheduler)
+    if len(items) > 1 and progress_of(arguments) is SILENT:
+        ran = iter(BARS.over(ran, "bags", len(items), " bags"))
+    found = list(ran)
+    if len(found) == 1 and isinstance(found[0], Failure):
+        raise FusionError(found[0].reason)
+    return found
+
+
+def bag_table(rows: Sequence[tuple[str, ...]]) -> str:
+    """Return a table of several bags: a row of headers, then one for each bag, words last."""
+    shortened = [(_end_of(name), *rest) for name, *rest in rows]
+    return text_table(shortened, align="l" + "r" * (len(rows[0]) - 2) + "l")
+
+
+def failed_row(bag: str, failure: Failure, columns: int) -> tuple[str, ...]:
+    """Return the row of a bag that failed, in a table with so many columns."""
+    return (bag, *[""] * (columns - 2), f"failed: {failure.reason}")
+
+
+def _end_of(name: str, longest: int = 24) -> str:
+    return name if len(name) <= longest else f"…{name[-longest + 1 :]}"
+
+
+def _jobs(text: str) -> int:
+    if not text.isdecimal() or not 1 <= int(text) <= MOST_JOBS:
+        raise argparse.ArgumentTypeError(f"got {text!r}, expected an integer from 1 to {MOST_JOBS}")
+    return int(text)

@@ -1,0 +1,26 @@
+"""Tasks for other processes, which import them by name."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from fuzzy_fusion_ros.parameters.errors import FusionError
+
+
+def square(number: int) -> int:
+    """Return the square; 3 is refused, and 4 kills the process."""
+    if number == 3:
+        raise FusionError("got 3,\nexpected anything else")
+    if number == 4:
+        os._exit(1)
+    return number * number
+
+
+def gated(item: tuple[int, str]) -> int:
+    """Write down this process, wait until the gate is open, return the square."""
+    number, folder = item
+    with Path(folder, "started").open("a") as file:
+        file.write(f"{os.getpid()}\n")
+    with Path(folder, "gate").open("rb"):  # a FIFO: opens once somebody writes to it
+        return number * number

@@ -1,0 +1,139 @@
+"""Many tasks: here, in processes, and on a real Dask cluster on loopback."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from bag.recorded import swing, write_scalars
+from faults.waiting import wait_until
+from jobs.fleet_tasks import gated, square
+
+from fuzzy_fusion_ros.cli.score import main as score
+from fuzzy_fusion_ros.jobs.fleet import Failure, outcomes
+from fuzzy_fusion_ros.parameters.errors import FusionError
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_outcomes_are_in_order_and_a_failure_is_one_of_them(jobs: int) -> None:
+    refused = Failure("got 3, expected anything else")
+    assert list(outcomes(square, [1, 3, 2, 5], jobs)) == [1, refused, 4, 25]
+
+
+def test_one_task_needs_no_process() -> None:
+    assert list(outcomes(lambda x: -x, [7], jobs=4)) == [-7]  # a lambda cannot be pickled
+
+
+def test_a_process_that_is_killed_loses_its_task_only_by_name() -> None:
+    killed = list(outcomes(square, [4, 4], jobs=2))
+    assert [isinstance(each, Failure) for each in killed] == [True, True]
+    assert "a process ended before its task was done" in str(killed[0])
+
+
+class Cluster:
+    """A scheduler and two workers, each a process."""
+
+    def __init__(self, folder: Path) -> None:
+        """Start them.
+
+        Args:
+            folder: For what they write.
+        """
+        self._folder = folder
+        self._file = folder / "scheduler.json"
+        self._processes: list[subprocess.Popen[bytes]] = []
+        loopback = ["--host", "127.0.0.1"]
+        self._start("scheduler", *loopback, "--port", "0", "--no-dashboard")
+        wait_until(self._file.exists, "the scheduler")
+        for _ in range(2):
+            one = ["--nworkers", "1", "--nthreads", "1", "--no-nanny", "--no-dashboard"]
+            self._start("worker", *loopback, *one)
+
+    @property
+    def address(self) -> str:
+        """Where the scheduler listens."""
+        found: str = json.loads(self._file.read_text())["address"]
+        return found
+
+    def close(self) -> None:
+        """End all processes."""
+        for process in self._processes:
+            process.kill()
+            process.wait()
+
+    def _start(self, kind: str, *options: str) -> None:
+        module = [sys.executable, "-W", "ignore", "-m", "dask", kind]
+        paths = os.pathsep.join([str(ROOT), str(ROOT / "test")])
+        with (self._folder / "log").open("ab") as log:
+            process = subprocess.Popen(
+                [*module, "--scheduler-file", str(self._file), *options],
+                cwd=self._folder,
+                env={**os.environ, "PYTHONPATH": paths},
+                stdout=log,
+                stderr=log,
+            )
+        self._processes.append(process)
+
+
+@pytest.fixture
+def cluster(tmp_path: Path) -> Iterator[Cluster]:
+    """A cluster on loopback."""
+    folder = tmp_path / "cluster"
+    folder.mkdir()
+    with contextlib.closing(Cluster(folder)) as running:
+        yield running
+
+
+@pytest.mark.filterwarnings("ignore")  # of distributed's own
+def test_a_worker_that_is_killed_midway_loses_nothing(cluster: Cluster, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "gate")
+    started = tmp_path / "started"
+    found: list[int | Failure] = []
+    items = [(k, str(tmp_path)) for k in range(6)]
+
+    def run() -> None:
+        found.extend(outcomes(gated, items, scheduler=cluster.address))
+
+    thread = threading.Thread(target=run)
+    thread.start()
+
+    def working() -> set[str]:
+        return set(started.read_text().split()) if started.exists() else set()
+
+    wait_until(lambda: len(working()) == 2, "both workers")
+    os.kill(int(min(working())), signal.SIGKILL)
+    gate = os.open(tmp_path / "gate", os.O_RDWR)
+    thread.join()
+    os.close(gate)
+    assert found == [0, 1, 4, 9, 16, 25]
+    assert len(started.read_text().split()) >= 7  # the task that was lost ran twice
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_cluster_gives_the_same_document(cluster: Cluster, tmp_path: Path) -> None:
+    bags = [str(write_scalars(tmp_path / name, swing())) for name in ("one", "two")]
+    bags.append(str(tmp_path / "missing"))
+    params = tmp_path / "params.yaml"
+    params.write_text((ROOT / "bags" / "nominal.yaml").read_text())
+    given = [*bags, "--params", str(params), "--json"]
+    assert score([*given, str(tmp_path / "here.json")]) == 1
+    there = str(tmp_path / "there.json")
+    assert score([*given, there, "--scheduler", cluster.address]) == 1
+    assert (tmp_path / "here.json").read_text() == (tmp_path / "there.json").read_text()
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_no_scheduler_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fuzzy_fusion_ros.jobs.fleet.PATIENCE", 0.5)
+    with pytest.raises(FusionError, match="no Dask scheduler answers at"):
+        list(outcomes(square, [1, 2], scheduler="tcp://127.0.0.1:9"))
