@@ -28,19 +28,25 @@ def rows(effort: Effort) -> list[Row]:
     """Measure CPU time per update; all of them in plain Python, in one process."""
     s1, s2 = signals(max(effort.steps, effort.slow_steps))
     n, few = effort.steps, effort.slow_steps
-    fa, complete, rules, kalman, simpful, scikit = interleaved(
+    fa, complete, rules, kalman, scalar, two_states, simpful, scikit = interleaved(
         effort.repetitions,
         lambda: estimate(FA, s1[:n], s2[:n]),
         lambda: estimate(COMPLETE, s1[:n], s2[:n]),
         lambda: infer_here(FA.aggregator, s1[:n], s2[:n]),
         lambda: kalman_filter(s1[:n]),
+        lambda: scalar_kalman(s1[:n]),
+        lambda: two_state_kalman(s1[:n]),
         lambda: each(in_simpful(FA.aggregator), s1[:few], s2[:few]),
         lambda: each(in_scikit_fuzzy(FA.aggregator), s1[:few], s2[:few]),
     )
     kalman_name = "filterpy, predict + update"
+    by_hand = "Kalman filter by hand"
     return [
         _row("update, FA alone", fa, kalman, kalman_name, at_most(0.1)),
+        _row("update, FA alone", fa, scalar, f"{by_hand}, 1 state"),
+        _row("update, FA alone", fa, two_states, f"{by_hand}, 2 states"),
         _row("update, complete (n = 20)", complete, kalman, kalman_name, at_most(1.0)),
+        _row("update, complete (n = 20)", complete, two_states, f"{by_hand}, 2 states"),
         _row("rules of Table 1: `aggregate`", rules, simpful, "simpful, `Sugeno_inference`"),
         _row("rules of Table 1: `aggregate`", rules, scikit, "scikit-fuzzy, `compute`"),
     ]
@@ -107,6 +113,42 @@ def kalman_filter(samples: list[float]) -> float:
         for value in samples:
             kalman.predict()
             kalman.update(value)
+
+    return cpu_seconds(work) / len(samples)
+
+
+def scalar_kalman(samples: list[float]) -> float:
+    """Return seconds per sample of a random walk, as one would write it in a node."""
+
+    def work() -> None:
+        x, p = 0.0, 1.0
+        for value in samples:
+            p += 1e-4
+            gain = p / (p + 0.05**2)
+            x += gain * (value - x)
+            p *= 1.0 - gain
+
+    return cpu_seconds(work) / len(samples)
+
+
+def two_state_kalman(samples: list[float]) -> float:
+    """Return seconds per sample at constant velocity, in plain numbers."""
+    dt = STEP_NS * 1e-9
+
+    def work() -> None:
+        x, v, xx, xv, vv = 0.0, 0.0, 1.0, 0.0, 1.0
+        for value in samples:
+            x += dt * v
+            xx += dt * (2.0 * xv + dt * vv) + 1e-6
+            xv += dt * vv
+            vv += 0.01
+            total = xx + 0.05**2
+            gain_x, gain_v, error = xx / total, xv / total, value - x
+            x += gain_x * error
+            v += gain_v * error
+            vv -= gain_v * xv
+            xv -= gain_x * xv
+            xx -= gain_x * xx
 
     return cpu_seconds(work) / len(samples)
 

@@ -2,7 +2,8 @@
 
     python -m bench.relay EXECUTOR PROFILE [ROS arguments]
 
-It takes ``s1`` and ``s2`` as fusion_node does and gives each message of S1 out as ``estimate``.
+It takes ``s1`` and ``s2`` as fusion_node does and gives each message of S1 out as ``estimate``; on
+the executor ``raw`` as the bytes that came, of which it makes no message.
 """
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ from fuzzy_fusion_ros.ros.process import POLL, Stop
 from fuzzy_fusion_ros.ros.qos import ESTIMATE, input_profile
 from fuzzy_fusion_ros.ros.spinning import executor_for
 
-DEFAULT, EVENTS = "default", "events"
-"""rclpy's own executor, and the one that fusion_node runs on."""
+DEFAULT, EVENTS, RAW = "default", "events", "raw"
+"""rclpy's own executor, the one that fusion_node runs on, and that one with bytes for messages."""
 
 
 def main() -> None:
@@ -34,10 +35,11 @@ def _relay(stop: Stop, kind: str, profile: str, *arguments: str) -> None:
     stop.in_order()
     node = Node("relay", context=context)
     publisher = node.create_publisher(PointStamped, "estimate", ESTIMATE)
-    node.create_subscription(PointStamped, "s1", publisher.publish, input_profile(profile))
-    node.create_subscription(PointStamped, "s2", lambda message: None, input_profile(profile))
+    raw, qos = kind == RAW, input_profile(profile)
+    node.create_subscription(PointStamped, "s1", publisher.publish, qos, raw=raw)
+    node.create_subscription(PointStamped, "s2", lambda message: None, qos, raw=raw)
     executor: Executor = SingleThreadedExecutor(context=context)
-    if kind == EVENTS:
+    if kind in {EVENTS, RAW}:
         executor = executor_for(context)
     executor.add_node(node)
     while not stop.wanted:

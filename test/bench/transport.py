@@ -12,10 +12,11 @@ from bench.child import module, program, running
 from bench.effort import Effort
 from bench.graph import Graph, graph
 from bench.measuring import compared
-from bench.relay import DEFAULT, EVENTS
+from bench.relay import DEFAULT, EVENTS, RAW
 from bench.table import Aim, Row, at_least, at_most
 
 FA, COMPLETE, RELAY, PLAIN = "fa", "complete", "relay", "plain_relay"
+BYTES = "bytes_relay"
 PROFILE = "sensor_data"
 BOUNDS = {FA: 1.10, COMPLETE: 1.25}
 
@@ -29,7 +30,7 @@ def rows(effort: Effort) -> list[Row]:
         }
         found = []
         for rate in effort.rates:
-            bursts: dict[str, list[Burst]] = {name: [] for name in (FA, COMPLETE, RELAY)}
+            bursts: dict[str, list[Burst]] = {name: [] for name in (FA, COMPLETE, RELAY, BYTES)}
             for _ in range(effort.repetitions):
                 for name, list_ in bursts.items():
                     list_.append(channels[name].burst(rate, effort.seconds))
@@ -49,6 +50,7 @@ def commands(opened: Graph) -> dict[str, list[str]]:
         COMPLETE: program("fusion_node", *arguments(COMPLETE), *predicting),
         RELAY: module("relay", EVENTS, PROFILE, *arguments(RELAY)),
         PLAIN: module("relay", DEFAULT, PROFILE, *arguments(PLAIN)),
+        BYTES: module("relay", RAW, PROFILE, *arguments(BYTES)),
     }
 
 
@@ -59,16 +61,24 @@ def _burst_rows(name: str, rate: int, bursts: dict[str, list[Burst]]) -> list[Ro
     what = f"fusion_node, {name}, {rate} Hz"
     return [
         _row(f"{what}: CPU per sample", "cpu", ours, relays, aim),
+        _row(f"{what}: CPU per sample", "cpu", ours, bursts[BYTES], None, "relay of bytes"),
         _row(f"{what}: median latency", "median", ours, relays, aim),
         _row(f"{what}: p99 latency ({lost:.1%} lost)", "p99", ours, relays, aim),
     ]
 
 
-def _row(what: str, figure: str, ours: list[Burst], relays: list[Burst], aim: Aim) -> Row:
+def _row(
+    what: str,
+    figure: str,
+    ours: list[Burst],
+    relays: list[Burst],
+    aim: Aim | None,
+    other: str = "relay",
+) -> Row:
     it = compared(
         [getattr(each, figure) for each in ours], [getattr(each, figure) for each in relays]
     )
-    return Row(what, f"{it.ours * 1e6:.0f} µs", f"{it.against * 1e6:.0f} µs relay", it.ratio, aim)
+    return Row(what, f"{it.ours * 1e6:.0f} µs", f"{it.against * 1e6:.0f} µs {other}", it.ratio, aim)
 
 
 def _saturation_rows(channels: dict[str, Channel], effort: Effort) -> list[Row]:
