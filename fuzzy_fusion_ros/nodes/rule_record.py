@@ -54,10 +54,13 @@ class RuleRecord:
         if self._last is not None:
             led, last_ns = self._last
             self.seconds[led] += min(max(seconds_between(last_ns, stamp_ns), 0.0), LONGEST_STEP)
-        self._last = (max(range(4), key=strengths.__getitem__), stamp_ns)
+        self._last = (strengths.index(max(strengths)), stamp_ns)
         difference = strengths.large_small + strengths.large_large
-        self.difference = _widened(self.difference, difference)
-        self.rate = _widened(self.rate, strengths.small_large + strengths.large_large)
+        rate = strengths.small_large + strengths.large_large
+        if not self.difference[0] <= difference <= self.difference[1]:
+            self.difference = _widened(self.difference, difference)
+        if not self.rate[0] <= rate <= self.rate[1]:
+            self.rate = _widened(self.rate, rate)
         self._see_apart(difference >= SATURATED, stamp_ns)
         self.estimates += 1
         self.predictions += estimate.prediction.exists
@@ -66,10 +69,11 @@ class RuleRecord:
     def _see_apart(self, apart: bool, stamp_ns: int) -> None:
         if not apart:
             self._apart_since_ns = None
-        elif self._apart_since_ns is None:
+            self.apart_s = 0.0
+            return
+        if self._apart_since_ns is None:
             self._apart_since_ns = stamp_ns
-        since_ns = stamp_ns if self._apart_since_ns is None else self._apart_since_ns
-        self.apart_s = seconds_between(since_ns, stamp_ns)
+        self.apart_s = seconds_between(self._apart_since_ns, stamp_ns)
 
 
 def _widened(span: tuple[float, float], value: float) -> tuple[float, float]:

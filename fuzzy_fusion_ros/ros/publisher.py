@@ -16,7 +16,12 @@ from fuzzy_fusion_ros.ros.recorder import Recorder
 
 
 class RecordingPublisher:
-    """One published topic; the wire and the bag get the same bytes."""
+    """One published topic; the wire and the bag get the same bytes.
+
+    Attributes:
+        topic: Its full name, remapped or not.
+        wanted: Whether anyone subscribes or records; kept by events, since asking costs time.
+    """
 
     def __init__(
         self,
@@ -32,7 +37,8 @@ class RecordingPublisher:
             MessageError: The type is not installed.
         """
         message_type = load_message_class(type_name)
-        self._listeners = 0
+        self._recorder = recorder
+        self.wanted = recorder.records
         profile = copy.copy(profile)  # overrides are written into it
         events = PublisherEventCallbacks(
             incompatible_qos=lambda event: log_unfit_subscription(node, self.topic, profile, event),
@@ -47,13 +53,7 @@ class RecordingPublisher:
                 qos_overriding_options=OVERRIDABLE,
             )
         self.topic: str = self._publisher.topic_name
-        self._recorder = recorder
         recorder.add(self.topic, type_name, profile)
-
-    @property
-    def wanted(self) -> bool:
-        """Whether anyone subscribes or records; told by events, since asking costs time."""
-        return self._recorder.records or self._listeners > 0
 
     @property
     def subscribers(self) -> int:
@@ -61,7 +61,7 @@ class RecordingPublisher:
         return int(self._publisher.get_subscription_count())
 
     def _on_matched(self, event: Any) -> None:
-        self._listeners = event.current_count
+        self.wanted = self._recorder.records or event.current_count > 0
 
     def send(self, data: bytes, log_ns: int) -> None:
         """Publish a serialised message and record it at ``log_ns``."""
