@@ -1,8 +1,8 @@
 """Covariance of what the observer believes, and the Kalman filter's two steps on it.
 
 The states are S1's bias ``c``, its slope ``b``, and ``m1``, ``m2``: the bias as it shows behind
-the first and the second lag of S2's model. Over a time ``D``, with ``a = 1 - exp(-D / lag)`` and
-``h = 1 - exp(-D / second lag)``::
+the lag of S2's model, and behind a second lag that stands for its delay. Over a time ``D``, with
+``a = 1 - exp(-D / lag)`` and ``h = 1 - exp(-D / delay)``::
 
     c' = c + D b        m1' = (1 - a) m1 + a c        m2' = (1 - h) m2 + h m1'
 

@@ -1,13 +1,15 @@
 """The observer: Table 1 on the innovation of S2, seen through S2's lag. Our extension.
 
 The paper blends S1 with S2 as it comes, and S2 comes late. Here what we believe of the signal,
-``x = S1 - c`` with S1 conditioned and ``c`` what it is off by, passes a model of S2: two
-first-order lags in a row, the second standing for a short delay. What comes out is what S2 would
-show if we were right; S2 minus that is its innovation, the honest difference. It corrects ``c``
-by a Kalman filter in which Table 1 says how far the sample is believed: S2's noise counts as
-``noise / (1 - W1)``. Without lag, and with nothing known of ``c``, this is the paper's blend.
+``x = S1 - c`` with S1 conditioned and ``c`` what it is off by, passes a model of S2: a first-order
+lag, then a delay. What comes out is what S2 would show if we were right; S2 minus that is its
+innovation, the honest difference. It corrects ``c`` by a Kalman filter in which Table 1 says how
+far the sample is believed: S2's noise counts as ``noise / (1 - W1)``. Without lag, and with
+nothing known of ``c``, this is the paper's blend.
 
-Variances are in units of S2's noise variance, since only their ratios matter.
+The model is linear, so S1 and ``c`` pass it apart: S1 with the true delay, at the stamp of the
+sample however late that comes; ``c``, which changes slowly, with a second lag in place of the
+delay. Variances are in units of S2's noise variance, since only their ratios matter.
 """
 
 from __future__ import annotations
@@ -31,6 +33,7 @@ from fuzzy_fusion_ros.core.covariance import (
     propagated,
     raised,
 )
+from fuzzy_fusion_ros.core.delay_line import DelayLine, delayed, empty_line, extended, shifted
 from fuzzy_fusion_ros.core.numerics import bounded, clamped, lag_gain, seconds_between
 from fuzzy_fusion_ros.parameters.fusion import AggregatorParameters, Parameters
 
@@ -45,8 +48,20 @@ EVIDENCE = 9.0
 """Rejected samples of S1 explain S2 if they lower the squared innovation by this many variances."""
 
 
+class Shown(NamedTuple):
+    """S1 on its way through S2's model.
+
+    Attributes:
+        lagged: S1 behind the lag, unit of the signal.
+        line: The recent past of that, for the delay.
+    """
+
+    lagged: float
+    line: DelayLine
+
+
 class Lagged(NamedTuple):
-    """A signal as it shows behind the first and behind the second lag of S2's model."""
+    """S1's bias as it shows behind the lag, and behind the second lag that stands for the delay."""
 
     first: float
     second: float
@@ -58,10 +73,12 @@ class Belief(NamedTuple):
     Attributes:
         samples: S2 samples believed since the last start.
         s2_ns: Stamp of the newest of them.
+        late: Longest time after its stamp that a sample of S2 came, seconds, on S1's stamps.
         stamp_ns: Stamp that ``covariance`` is for; 0 before the first S1 sample.
         bias: What conditioned S1 is off by, unit of the signal.
         slope: Its slope, unit of the signal per second.
-        seen: The signal as S2 would show it.
+        through: The bias as S2 would show it.
+        shown: S1 as S2 would show it.
         doubted: The same if the samples of S1 that are being rejected were right.
         covariance: Of bias, slope and lags, in units of S2's noise variance.
         innovation: Of the newest sample of S2, unit of the signal: believed minus measured.
@@ -73,11 +90,13 @@ class Belief(NamedTuple):
 
     samples: int
     s2_ns: int
+    late: float
     stamp_ns: int
     bias: float
     slope: float
-    seen: Lagged
-    doubted: Lagged
+    through: Lagged
+    shown: Shown
+    doubted: Shown
     covariance: Covariance
     innovation: float
     variance: float
@@ -91,11 +110,13 @@ def no_belief() -> Belief:
     return Belief(
         samples=0,
         s2_ns=0,
+        late=0.0,
         stamp_ns=0,
         bias=0.0,
         slope=0.0,
-        seen=Lagged(0.0, 0.0),
-        doubted=Lagged(0.0, 0.0),
+        through=Lagged(0.0, 0.0),
+        shown=Shown(0.0, empty_line()),
+        doubted=Shown(0.0, empty_line()),
         covariance=of_bias(0.0, 0.0, 0.0),
         innovation=0.0,
         variance=1.0,
@@ -118,10 +139,10 @@ def s2_decides(parameters: Parameters, s2: SlowSensor) -> bool:
 def moved_on(
     parameters: Parameters, kept: Belief, before: FastSensor, s1: FastSensor, s2: SlowSensor
 ) -> Belief:
-    """Move the belief on to a sample of S1.
+    """Move the belief on to a sample of S1, and it through S2's model.
 
-    ``c += b dt; x = S1 - c; l1 += (1 - exp(-dt / lag)) (x - l1); l2 += ... (l1 - l2)``. The first
-    sample, also the first after a gap, starts S2's model from there.
+    ``c += b dt``, and both through ``l += (1 - exp(-dt / lag)) (s1 - l)``. The first sample, also
+    the first after a gap, starts S2's model from there.
 
     Args:
         parameters: All parameters, or their ``numbers``.
@@ -133,20 +154,29 @@ def moved_on(
     if kept.stamp_ns == 0 or s1.samples == 1:
         return started(parameters, kept, s1, s2)
     dt = seconds_between(before.stamp_ns, s1.stamp_ns)
-    first, second = lag_gains(parameters, dt)
     step = s1.smooth.step
-    bias = bounded(kept.bias + kept.slope * dt + step)
+    bias, through, shown = kept.bias, kept.through, kept.shown
+    if step != 0.0:  # S1 has stepped, and has been off by that for as long as matters
+        bias = bounded(bias + step)
+        through = Lagged(bounded(through.first + step), bounded(through.second + step))
+        shown = Shown(bounded(shown.lagged + step), shifted(shown.line, step))
+    bias = bounded(bias + kept.slope * dt)
+    first, second = lag_gains(parameters, dt)
+    behind = bounded(through.first + first * (bias - through.first))
     doubted = kept.doubted
+    reach = parameters.s2.delay + kept.late
     if s1.smooth.rejected > 0.0:
-        begun = kept.seen if before.smooth.rejected <= 0.0 else kept.doubted
-        doubted = passed(begun, s1.smooth.newest - bias, first, second)
+        begun = kept.shown if before.smooth.rejected <= 0.0 else kept.doubted
+        doubted = shown_on(begun, first, s1.stamp_ns, s1.smooth.newest, reach)
     return Belief(
         samples=kept.samples,
         s2_ns=kept.s2_ns,
+        late=kept.late,
         stamp_ns=kept.stamp_ns,
         bias=bias,
         slope=kept.slope,
-        seen=passed(kept.seen, s1.smooth.value - bias, first, second),
+        through=Lagged(behind, bounded(through.second + second * (behind - through.second))),
+        shown=shown_on(shown, first, s1.stamp_ns, s1.smooth.value, reach),
         doubted=doubted,
         covariance=kept.covariance,
         innovation=kept.innovation,
@@ -155,6 +185,32 @@ def moved_on(
         drift=kept.drift,
         strengths=kept.strengths,
     )
+
+
+def shown_on(shown: Shown, gain: float, stamp_ns: int, value: float, reach: float) -> Shown:
+    """Return S1 through S2's model after another sample.
+
+    Args:
+        shown: As it was.
+        gain: Of the lag over the step, 0 to 1.
+        stamp_ns: Stamp of the sample.
+        value: The sample.
+        reach: How far back samples of S2 look, seconds.
+    """
+    lagged = bounded(shown.lagged + gain * (value - shown.lagged))
+    return Shown(lagged, extended(shown.line, stamp_ns, lagged, reach))
+
+
+def shown_at(parameters: Parameters, shown: Shown, newest_ns: int, stamp_ns: int) -> float:
+    """Return what S2 would show of S1 at a stamp.
+
+    Args:
+        parameters: All parameters, or their ``numbers``.
+        shown: S1 through S2's lag.
+        newest_ns: Stamp of S1's newest sample.
+        stamp_ns: The stamp of S2.
+    """
+    return delayed(shown.line, newest_ns, shown.lagged, stamp_ns, parameters.s2.delay)
 
 
 def started(parameters: Parameters, kept: Belief, s1: FastSensor, s2: SlowSensor) -> Belief:
@@ -170,15 +226,18 @@ def started(parameters: Parameters, kept: Belief, s1: FastSensor, s2: SlowSensor
         dt = max(seconds_between(kept.stamp_ns, s1.stamp_ns), 0.0)
         bias = bounded(bias + kept.slope * dt)
         covariance = walked(parameters, covariance, s2.interval, dt)
-    x = bounded(s1.smooth.value - bias)
+    value = s1.smooth.value
+    line = extended(empty_line(), s1.stamp_ns, value, parameters.s2.delay)
     return Belief(
         samples=kept.samples,
         s2_ns=kept.s2_ns,
+        late=kept.late,
         stamp_ns=max(kept.stamp_ns, s1.stamp_ns),
         bias=bias,
         slope=kept.slope,
-        seen=Lagged(x, x),
-        doubted=Lagged(x, x),
+        through=Lagged(bias, bias),
+        shown=Shown(value, line),
+        doubted=Shown(value, line),
         covariance=of_bias(covariance.cc, covariance.cb, covariance.bb),
         innovation=kept.innovation,
         variance=kept.variance,
@@ -204,31 +263,34 @@ def believe(
     """
     dt = max(seconds_between(kept.stamp_ns, s2.stamp_ns), 0.0)
     p = walked(parameters, kept.covariance, s2.interval, dt)
-    seen = kept.seen
-    strengths = rule_strengths(parameters.aggregator, seen, s2)
+    shown, expected = kept.shown, kept.through.second + s2.value
+    innovation = bounded(shown_at(parameters, shown, s1.stamp_ns, s2.stamp_ns) - expected)
+    strengths = rule_strengths(parameters.aggregator, innovation, s2)
     noise = noise_variance(parameters.aggregator, strengths)
     if s1.smooth.rejected > 0.0 and s2.samples > 1:
         margin = EVIDENCE * (p.m22 + noise) * parameters.s2.noise * parameters.s2.noise
-        if is_explained(kept.doubted.second - s2.value, seen.second - s2.value, margin):
-            seen = kept.doubted
+        doubted = shown_at(parameters, kept.doubted, s1.stamp_ns, s2.stamp_ns) - expected
+        if is_explained(doubted, innovation, margin):
+            shown, innovation = kept.doubted, bounded(doubted)
             s1 = FastSensor(s1.samples, s1.stamp_ns, s1.interval, stepped_to(s1.smooth.newest, 0.0))
-            strengths = rule_strengths(parameters.aggregator, seen, s2)
+            strengths = rule_strengths(parameters.aggregator, innovation, s2)
             noise = noise_variance(parameters.aggregator, strengths)
-    innovation = bounded(seen.second - s2.value)
     p = raised(p, doubt(parameters, strengths, innovation))
     k = gain(p, noise)
     return (
         Belief(
             samples=kept.samples + 1,
             s2_ns=s2.stamp_ns,
+            late=max(kept.late, seconds_between(s2.stamp_ns, s1.stamp_ns)),
             stamp_ns=max(kept.stamp_ns, s2.stamp_ns),
             bias=bounded(kept.bias + k.bias * innovation),
             slope=bounded(kept.slope + k.slope * innovation),
-            seen=Lagged(
-                bounded(seen.first - k.first * innovation),
-                bounded(seen.second - k.second * innovation),
+            through=Lagged(
+                bounded(kept.through.first + k.first * innovation),
+                bounded(kept.through.second + k.second * innovation),
             ),
-            doubted=seen,
+            shown=shown,
+            doubted=kept.doubted,
             covariance=corrected(p, k, noise),
             innovation=innovation,
             variance=p.m22 + noise,
@@ -310,11 +372,10 @@ def walked(parameters: Parameters, p: Covariance, interval: float, dt: float) ->
 
 
 def rule_strengths(
-    parameters: AggregatorParameters, seen: Lagged, s2: SlowSensor
+    parameters: AggregatorParameters, innovation: float, s2: SlowSensor
 ) -> FiringStrengths:
     """Table 1's left side, on the innovation of S2 and on its rate."""
-    difference = abs(bounded(seen.second - s2.value))
-    return firing_strengths(difference, abs(s2.rate), parameters.difference, parameters.rate)
+    return firing_strengths(abs(innovation), abs(s2.rate), parameters.difference, parameters.rate)
 
 
 def noise_variance(parameters: AggregatorParameters, strengths: FiringStrengths) -> float:
@@ -358,18 +419,6 @@ def lead(k: Gain) -> float:
     return max(k.bias - k.second, 0.0)
 
 
-def passed(lagged: Lagged, x: float, first: float, second: float) -> Lagged:
-    """Return a signal behind both lags after another step.
-
-    Args:
-        lagged: As it was.
-        x: The signal now.
-        first, second: Gains of the lags over the step, 0 to 1.
-    """
-    behind = bounded(lagged.first + first * (x - lagged.first))
-    return Lagged(behind, bounded(lagged.second + second * (behind - lagged.second)))
-
-
 def lag_gains(parameters: Parameters, dt: float) -> tuple[float, float]:
-    """Return the gains of both lags of S2's model over a time ``dt``, seconds."""
+    """Return the gains of the lag, and of that in place of the delay, over ``dt`` seconds."""
     return lag_gain(dt, parameters.s2.lag_time_constant), lag_gain(dt, parameters.s2.delay)

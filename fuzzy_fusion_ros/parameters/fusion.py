@@ -184,9 +184,7 @@ class SlowSensorParameters(SensorParameters):
         unit="signal",
     )
     lag_time_constant: float = real(0.0, "time constant of S2's lag", unit="s", high=1e6)
-    delay: float = real(
-        0.0, "delay of S2, modelled as the time constant of a second lag", unit="s", high=1e6
-    )
+    delay: float = real(0.0, "delay of S2", unit="s", high=1e6)
 
 
 @dataclass(frozen=True)

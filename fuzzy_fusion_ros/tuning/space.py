@@ -196,7 +196,7 @@ def bias_axes(sensors: Characteristics) -> list[Axis]:
     shortest = 0.1 * sensors.s1_interval
     found = trusted(sensors)
     lag = max(found.total, sensors.s1_interval)
-    longest = max(3.0 * (lag + sensors.s2_delivery), 1.0, 2.0 * shortest)
+    longest = max(3.0 * lag, 1.0, 2.0 * shortest)
     sure = 0.06 if sensors.lag.correlation > SURE else 0.02
     wander = max(sensors.wander, sensors.s2_noise)
     axes = [
@@ -218,7 +218,7 @@ def bias_axes(sensors: Characteristics) -> list[Axis]:
             "s2.delay",
             shortest,
             longest,
-            max(found.delay + sensors.s2_delivery, 0.05 * lag),
+            max(found.delay, 0.05 * lag),
             pull=sure / 2.0,
         ),
         _around("s1.bias_time_constant", usual_bias_time(sensors), 1e-3, 1e3, 0.0025),

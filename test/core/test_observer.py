@@ -146,17 +146,39 @@ def test_the_prior_holds_a_first_sample_that_is_far_off() -> None:
 def test_s2_s_lag_is_no_error_of_s1(lag: float, delay: float) -> None:
     model = {"s2.lag_time_constant": lag, "s2.delay": delay}
     truth = np.sin(np.arange(3000) * 0.01).tolist()
-    s2, first, second = [], 0.0, 0.0
+    first, behind = 0.0, [0.0] * (1 + round(delay / 0.01))  # S2 comes before S1
     for x in truth:
-        s2.append(second)  # S2 comes before S1
         first += (1.0 - math.exp(-0.01 / lag) if lag else 1.0) * (x - first)
-        second += (1.0 - math.exp(-0.01 / delay) if delay else 1.0) * (first - second)
+        behind.append(first)
+    s2 = behind[: len(truth)]
     biased = [x + 0.5 for x in truth]
     with_model, _ = fed(replace(LEARNING, model), biased, s2)
     without, _ = fed(LEARNING, biased, s2)
     late = np.abs(np.subtract(values(without), truth))[1000:]
     assert np.abs(np.subtract(values(with_model), truth))[1000:].max() < 0.005
     assert late.max() > 0.05
+
+
+@pytest.mark.parametrize("late", [0.0, 0.2, 1.0])
+def test_an_s2_that_arrives_late_says_how_it_was_at_its_stamp(late: float) -> None:
+    """By a time that varies, too."""
+    truth = np.sin(np.arange(3000) * 0.01)
+    arrives = np.arange(0, 3000, 10) + np.round(
+        100 * late * np.random.default_rng(0).uniform(0.5, 1.0, 300)
+    )
+    state, said = initial_state(LEARNING), []
+    waiting = sorted(zip(arrives.tolist(), range(0, 3000, 10), strict=True))
+    newest = -1
+    for k, x in enumerate(truth.tolist()):
+        while waiting and waiting[0][0] <= k:
+            _, measured = waiting.pop(0)
+            if measured > newest:
+                newest = measured
+                at_ns = SECOND + measured * STEP
+                state = observe_s2(LEARNING, state, at_ns, float(truth[measured]))
+        estimate, state = update(LEARNING, state, SECOND + k * STEP, x + 0.5)
+        said.append(estimate)
+    assert np.abs(np.subtract(values(said), truth))[500:].max() < 0.02
 
 
 def test_an_innovation_through_a_lag_stands_for_more_than_itself() -> None:
@@ -262,7 +284,7 @@ def test_a_spike_does_not_enter_the_model_of_s2(spike: float) -> None:
     steady = [1.0] * 50
     said, state = fed(SPIKES, [*steady, spike, *steady], [1.0] * 101)
     assert values(said) == pytest.approx([1.0] * 101)
-    assert state.sensors.belief.seen == pytest.approx((1.0, 1.0))
+    assert state.sensors.belief.shown.lagged == pytest.approx(1.0)
 
 
 def test_a_gap_of_s1_keeps_the_bias_and_restarts_the_model_of_s2() -> None:
@@ -273,7 +295,7 @@ def test_a_gap_of_s1_keeps_the_bias_and_restarts_the_model_of_s2() -> None:
     assert state.sensors.belief.bias == pytest.approx(0.5, abs=0.05)  # S1 is silent: not learnt
     said, state = update(lagging, state, late_ns, 7.5)
     assert said.value == pytest.approx(7.0, abs=0.05)
-    assert state.sensors.belief.seen.second == pytest.approx(7.0, abs=0.05)
+    assert state.sensors.belief.shown.lagged == 7.5
 
 
 def test_an_s2_that_is_lost_leaves_s1_less_its_bias() -> None:

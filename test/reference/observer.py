@@ -25,7 +25,8 @@ def observed(parameters: Parameters, s1: Samples, s2: Samples, known: Sequence[i
         known: How many samples of S2 come before each of S1.
     """
     noise = parameters.s2.noise
-    c = b = l1 = l2 = 0.0
+    c = b = l1 = m1 = m2 = 0.0
+    past: list[tuple[int, float]] = []  # S1 behind the lag
     full = np.array([1.0, 0.0, 1.0, 1.0])
     p = np.outer(full, full) * (parameters.s1.bias_prior / noise) ** 2
     rate = interval = held = 0.0
@@ -49,23 +50,34 @@ def observed(parameters: Parameters, s1: Samples, s2: Samples, known: Sequence[i
                 d = max((z_ns - at_ns) * 1e-9, 0.0)
                 at_ns = max(at_ns, z_ns)
                 p = _walked(parameters, p, interval, d)
-                c, b, l1, l2, p = _corrected(parameters, p, (c, b, l1, l2), z, rate)
+                e = _delayed(past, z_ns, parameters.s2.delay) - m2 - z
+                c, b, m1, m2, p = _corrected(parameters, p, (c, b, m1, m2), e, rate)
                 believed = seen
         if k == 0:
-            x = value - c
-            l1 = l2 = x
+            l1 = value
+            m1 = m2 = c
+            past.append((stamp_ns, l1))
             at_ns = stamp_ns
             if seen > believed and seen:
                 d = max((held_ns - at_ns) * 1e-9, 0.0)
                 p = _walked(parameters, p, interval, d)
-                c, b, l1, l2, p = _corrected(parameters, p, (c, b, l1, l2), held, rate)
+                e = _delayed(past, held_ns, parameters.s2.delay) - m2 - held
+                c, b, m1, m2, p = _corrected(parameters, p, (c, b, m1, m2), e, rate)
         else:
             dt = (stamp_ns - s1[k - 1][0]) * 1e-9
             c += b * dt
-            l1 += _gain(dt, parameters.s2.lag_time_constant) * (value - c - l1)
-            l2 += _gain(dt, parameters.s2.delay) * (l1 - l2)
+            l1 += _gain(dt, parameters.s2.lag_time_constant) * (value - l1)
+            past.append((stamp_ns, l1))
+            m1 += _gain(dt, parameters.s2.lag_time_constant) * (c - m1)
+            m2 += _gain(dt, parameters.s2.delay) * (m1 - m2)
         said.append(value - c)
     return said
+
+
+def _delayed(past: Samples, stamp_ns: int, delay: float) -> float:
+    times = [(stamp - past[-1][0]) * 1e-9 for stamp, _ in past]
+    wanted = (stamp_ns - past[-1][0]) * 1e-9 - delay
+    return float(np.interp(wanted, times, [value for _, value in past]))
 
 
 def _gain(dt: float, time_constant: float) -> float:
@@ -95,10 +107,9 @@ def _walked(
 
 
 def _corrected(
-    parameters: Parameters, p: NDArray[np.float64], state: tuple[float, ...], z: float, rate: float
+    parameters: Parameters, p: NDArray[np.float64], state: tuple[float, ...], e: float, rate: float
 ) -> tuple[float, float, float, float, NDArray[np.float64]]:
-    c, b, l1, l2 = state
-    e = l2 - z
+    c, b, m1, m2 = state
 
     def large(x: float, small: float, large: float) -> float:
         return min(max((x - small) / (large - small), 0.0), 1.0)
@@ -118,4 +129,4 @@ def _corrected(
     p = p + d * (1 - r) * (e / parameters.s2.noise) ** 2 * np.outer(full, full)
     k = p[:, 3] / (p[3, 3] + variance)
     p = p - np.outer(k, p[3])
-    return c + k[0] * e, b + k[1] * e, l1 - k[2] * e, l2 - k[3] * e, p
+    return c + k[0] * e, b + k[1] * e, m1 + k[2] * e, m2 + k[3] * e, p
