@@ -10,11 +10,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from fuzzy_fusion_ros.baselines.answers import estimated, waiting
-from fuzzy_fusion_ros.baselines.delay_line import DelayLine, delayed, empty_line, extended
 from fuzzy_fusion_ros.baselines.noise import variance_in_motion
 from fuzzy_fusion_ros.baselines.parameters import ErrorStateParameters
 from fuzzy_fusion_ros.baselines.trend import Motion, Trend, corrected, first_trend, propagated
 from fuzzy_fusion_ros.batch.series import Method
+from fuzzy_fusion_ros.core.delay_line import DelayLine, delayed, empty_line, extended
 from fuzzy_fusion_ros.core.estimator import Estimate
 from fuzzy_fusion_ros.core.numerics import bounded, lag_gain, seconds_between
 from fuzzy_fusion_ros.parameters.group import numbers
