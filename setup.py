@@ -155,7 +155,7 @@ setup(
     ),
     maintainer="fuzzy_fusion_ros developers",
     maintainer_email="maintainers@fuzzy-fusion-ros.invalid",
-    license="Apache-2.0",
+    license="Apache-2.0 AND MIT",
     python_requires=">=3.10",
     packages=find_packages(exclude=["test", "test.*"]),
     package_data={PACKAGE: ["py.typed", "reports/page.html", "reports/uplot/*"]},

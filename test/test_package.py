@@ -247,7 +247,7 @@ def test_setup_py_says_what_package_xml_says(manifest: Package, metadata: Messag
         manifest.name,
         manifest.version,
         manifest.description,
-        *manifest.licenses,
+        " AND ".join(manifest.licenses),
         maintainer.name,
         maintainer.email,
     )

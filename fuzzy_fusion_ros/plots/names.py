@@ -53,6 +53,11 @@ NAMES = MappingProxyType(
 )
 
 
+def difference_name(observes: bool) -> str:
+    """Return what the rules call the difference: with the observer the innovation of S2."""
+    return "|innovation of S2|" if observes else "|S1 − S2|"
+
+
 def with_unit(text: str, unit: str, between: str = " / ") -> str:
     """Return a label with its unit, if that is known, and with squares written as ²."""
     return f"{text}{between}{unit.replace('^2', '²')}" if unit else text

@@ -15,9 +15,10 @@ from fuzzy_fusion_ros.batch.series import Series, fusion, held_s2, run, seconds
 from fuzzy_fusion_ros.core.aggregator import aggregate
 from fuzzy_fusion_ros.core.estimator import WAITING
 from fuzzy_fusion_ros.core.membership import large
+from fuzzy_fusion_ros.core.observer import observes
 from fuzzy_fusion_ros.parameters.fusion import AggregatorParameters, BreakPoints, Parameters
 from fuzzy_fusion_ros.plots.close_up import close_up
-from fuzzy_fusion_ros.plots.names import COLOURS, NAMES, with_unit
+from fuzzy_fusion_ros.plots.names import COLOURS, NAMES, difference_name, with_unit
 from fuzzy_fusion_ros.plots.style import WIDTH_PX, save, styled
 from fuzzy_fusion_ros.tuning import Tuned
 from fuzzy_fusion_ros.tuning.kernel import outputs
@@ -84,7 +85,12 @@ def _draw_sets(axes: Axes, tuned: Tuned, name: str, samples: Reals, unit: str) -
         grade = np.array([large(float(each), ramp) for each in x])
         axes.plot(x, 1.0 - grade, style, color=COLOURS["s2"], label=f"small{when}")
         axes.plot(x, grade, style, color=COLOURS["estimate"], label=f"large{when}")
-    axes.set(xlabel=_label(name, unit), ylabel="grade", xlim=(0.0, reach), ylim=(-0.02, 1.05))
+    axes.set(
+        xlabel=_label(tuned.parameters, name, unit),
+        ylabel="grade",
+        xlim=(0.0, reach),
+        ylim=(-0.02, 1.05),
+    )
     axes.legend(ncols=2, loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
 
 
@@ -108,8 +114,8 @@ def _draw_surface(
         samples.difference[::every], samples.rate[::every], ".", color="#ffffff", ms=1.5, alpha=0.35
     )
     axes.set(
-        xlabel=_label("difference", unit),
-        ylabel=_label("rate", unit),
+        xlabel=_label(parameters, "difference", unit),
+        ylabel=_label(parameters, "rate", unit),
         xlim=(0.0, differences[-1]),
         ylim=(0.0, rates[-1]),
         title="W1, the weight of S1" if name == "weight" else _drift_title(rules),
@@ -174,8 +180,8 @@ def _reach(samples: Reals, ramp: BreakPoints) -> float:
     return 1.1 * max(far, min(ramp.large, 3.0 * far) if far > 0.0 else ramp.large)
 
 
-def _label(name: str, unit: str) -> str:
+def _label(parameters: Parameters, name: str, unit: str) -> str:
     if name == "difference":
-        return with_unit("|S1 − S2|", unit)
+        return with_unit(difference_name(observes(parameters)), unit)
     per_s = f"({unit})/s" if "/" in unit else f"{unit}/s" if unit else "1/s"
     return with_unit("|dS2/dt|", per_s)

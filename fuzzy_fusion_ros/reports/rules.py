@@ -11,6 +11,7 @@ from fuzzy_fusion_ros.core.membership import large
 from fuzzy_fusion_ros.core.observer import observes
 from fuzzy_fusion_ros.messages.outputs import RULES
 from fuzzy_fusion_ros.parameters.fusion import BreakPoints, Parameters
+from fuzzy_fusion_ros.plots.names import difference_name
 
 GRID = 40
 """Cells of a control surface along each input."""
@@ -44,14 +45,10 @@ def rule_base(parameters: Parameters, unit: str) -> dict[str, Any]:
         surfaces.append(
             _surface("drift", unit, most, [[cell.drift for cell in row] for row in cells])
         )
+    difference = difference_name(observes(parameters))
     return {
         "inputs": [
-            _input(
-                "|S1 − S2|" if with_drift else "|innovation of S2|",
-                unit,
-                rules.difference,
-                reaches[0],
-            ),
+            _input(difference, unit, rules.difference, reaches[0]),
             _input("|dS2/dt|", _per_second(unit), rules.rate, reaches[1]),
         ],
         "surfaces": surfaces,

@@ -9,8 +9,10 @@ import pytest
 from tuning.quick import be_quick
 from tuning.recordings import Made, Sensors, made
 
+from fuzzy_fusion_ros.core.observer import observes
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
+from fuzzy_fusion_ros.plots.names import difference_name
 from fuzzy_fusion_ros.plots.tuning import plot_tuning
 from fuzzy_fusion_ros.tuning import Tuned, tune
 
@@ -35,7 +37,7 @@ def test_sets_surfaces_and_traces_are_in_it(tuned: Tuned, recording: Made, tmp_p
     for part in (
         "small before",
         "large",
-        "|S1 − S2| / m/s²",
+        f"{difference_name(observes(tuned.parameters))} / m/s²",
         "|dS2/dt| / (m/s²)/s",
         "W1, the weight of S1",
         "drift",

@@ -12,6 +12,9 @@ import pytest
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.actions.action_builder import ActionBuilder
+from selenium.webdriver.common.actions.interaction import POINTER_TOUCH
+from selenium.webdriver.common.actions.pointer_input import PointerInput
 from selenium.webdriver.common.by import By
 from selenium.webdriver.remote.webelement import WebElement
 from selenium.webdriver.support.wait import WebDriverWait
@@ -76,6 +79,17 @@ class Browser:
         element = self.find(selector)
         offset = round((share - 0.5) * element.size["width"])
         ActionChains(self.driver).move_to_element_with_offset(element, offset, 0).perform()
+
+    def swipe(self, selector: str, begin: float, end: float) -> None:
+        """Draw a finger across an element, from one share of its width to another."""
+        element = self.find(selector)
+        finger = PointerInput(POINTER_TOUCH, "finger")  # type: ignore[no-untyped-call]
+        actions = ActionBuilder(self.driver, mouse=finger)
+        from_middle = [round((share - 0.5) * element.size["width"]) for share in (begin, end)]
+        hand: Any = actions.pointer_action
+        hand.move_to(element, from_middle[0], 0).pointer_down()
+        hand.move_to(element, from_middle[1], 0).pointer_up()
+        actions.perform()
 
     def complaints(self) -> list[str]:
         """Return what the console has, warnings and errors."""

@@ -129,6 +129,15 @@ def test_a_page_is_zoomed_and_shows_the_sample_under_the_cursor(
     assert window.complaints() == []
 
 
+def test_a_finger_moves_the_cursor_of_all_charts(window: Browser, drive: Score, page: Path) -> None:
+    window.open(page, SCREENS[0])
+    window.swipe("#chart-strengths .u-over", 0.2, 0.7)
+    k = window.value("report.idx")
+    assert drive.time_s[k] == pytest.approx(0.7 * drive.time_s[-1], rel=0.05)
+    assert legend(window, "signal")["time"] == f"{drive.time_s[k]:.3f} s"
+    assert window.complaints() == []
+
+
 @pytest.mark.parametrize("screen", SCREENS, ids=lambda s: f"{s.width}-{s.scheme}")
 def test_a_page_is_legible(window: Browser, page: Path, screen: Screen) -> None:
     window.open(page, screen)
