@@ -31,11 +31,11 @@ class Managed(Protocol):
         """Publish from now on, or no longer."""
 
 
-class Lifecycle(LifecycleNodeMixin):
+class Lifecycle(LifecycleNodeMixin, Node):
     """Offers the services of a managed node and carries out the transitions.
 
-    Instead of :class:`rclpy.lifecycle.LifecycleNode` as a base class, since whether a node is
-    managed is a parameter, and importing that costs every start 0.1 s.
+    It is a second class over the state of one node, instead of a base class of it: whether a node
+    is managed is a parameter, and importing rclpy's base class costs every start 0.1 s.
     """
 
     def __init__(self, node: ConfiguredNode[Any], managed: Managed) -> None:
@@ -45,16 +45,12 @@ class Lifecycle(LifecycleNodeMixin):
             node: The node.
             managed: The same node, as what it can do.
         """
-        # What the mixin takes from the node that it is made for.
-        self.handle = node.handle
-        self.default_callback_group = node.default_callback_group
-        self._services = node._services
-        super().__init__()
+        self.__dict__ = node.__dict__
+        LifecycleNodeMixin.__init__(self)
         self._change = self._service_change_state.callback
         self._service_change_state.callback = self._on_change
-        self._node = node
         self._managed = managed
-        self._own = _entities(node)
+        self._kept = _entities(self)
 
     def _on_change(self, request: Any, response: Any) -> Any:
         """Refuse a transition that the state does not have; rclpy would end the process."""
@@ -69,7 +65,7 @@ class Lifecycle(LifecycleNodeMixin):
         try:
             self._managed.connect()
         except FusionError as error:
-            self._node.log.error(f"not configured: {error}")
+            Node.get_logger(self).error(f"not configured: {error}")
             self._clean_up()
             return TransitionCallbackReturn.FAILURE
         return TransitionCallbackReturn.SUCCESS
@@ -96,9 +92,9 @@ class Lifecycle(LifecycleNodeMixin):
 
     def _clean_up(self) -> None:
         self._managed.disconnect()
-        for kind, entities in _entities(self._node).items():
-            for entity in entities - self._own[kind]:
-                getattr(self._node, f"destroy_{kind}")(entity)
+        for kind, entities in _entities(self).items():
+            for entity in entities - self._kept[kind]:
+                getattr(self, f"destroy_{kind}")(entity)
 
 
 def _entities(node: Node) -> dict[str, set[Any]]:

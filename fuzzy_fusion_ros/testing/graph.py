@@ -117,6 +117,7 @@ class Graph:
         """Close a node early, and wait until its name has left the graph."""
         name = node.get_fully_qualified_name()
         names = self.node.get_fully_qualified_node_names
+        self.spin_until(lambda: name in names(), f"{name} to be seen")
         before = names().count(name)
         self._nodes.remove(node)
         self._close_node(node)

@@ -99,7 +99,7 @@ def test_its_types_are_fused_recorded_and_replayed(
         assert bag.topics["/s1"].msgtype == s1_type
         assert bag.topics["/estimate"].msgtype == s2_type
         assert bag.topics["/estimate"].message_count == len(wanted)
-    replay = ("replay", live, "--params", parameters, "--output")
+    replay = ("fuzzy-fusion", "replay", live, "--params", parameters, "--output")
     workspace.run(*replay, tmp_path / "with", cwd=tmp_path)
     run(*replay, tmp_path / "without", cwd=tmp_path)
     for again in ("with", "without"):
