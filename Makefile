@@ -100,6 +100,10 @@ check-coverage: venv ## is core/ covered wholly, and the package to 90 %, by bra
 	$(RUN) python -m coverage report --fail-under=90
 	$(RUN) python -m coverage report --fail-under=100 --include='fuzzy_fusion_ros/core/*'
 
+.PHONY: mutants
+mutants: venv ## change the code at random places: which changes does no test notice? (ARGS="core --sample 50")
+	@$(RUN) python test/mutate.py $(ARGS)
+
 .PHONY: format
 format: venv ## format the code, and mend what ruff can
 	$(RUN) python -m ruff check --fix --quiet .
