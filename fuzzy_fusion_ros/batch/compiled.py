@@ -16,6 +16,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+import numpy as np
+
 ROOMS = ("core", "batch", "simulation", "baselines", "paper")
 """Where compiled functions live."""
 
@@ -47,6 +49,22 @@ def interpreted(function: F, **replaced: Callable[..., Any]) -> F:
         replaced: As for :func:`compiled`.
     """
     return cast(F, _rebound(function, replaced))
+
+
+def with_arrays(state: Any) -> Any:
+    """Return a state as compiled functions take it: with arrays for the lists in its named tuples.
+
+    Without numba it is returned as it is.
+    """
+    return _with_arrays(state) if can_compile() else state
+
+
+def _with_arrays(state: Any) -> Any:
+    if isinstance(state, list):
+        return np.array(state)
+    if isinstance(state, tuple):
+        return type(state)(*map(_with_arrays, state))
+    return state
 
 
 def can_compile() -> bool:

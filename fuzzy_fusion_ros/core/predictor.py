@@ -3,9 +3,9 @@
 Inputs and output are taken relative to the newest estimate, so the rules do not depend on where
 the signal is, and the first rules are straight lines through it: *falling*, *steady*, *rising*.
 
-Arrays are ``(inputs, rules)``, inputs being the n - 1 previous estimates, oldest first. Sums
-over inputs run along the first axis and sums over rules in a loop, one after the other, so that
-compiled and interpreted runs agree bit for bit.
+All of it is loops over plain numbers, for compilers: numba takes the lists as arrays, mypyc as they
+are. Lists that go in are left as they were. The centres and widths of one rule stand together, one
+for each input; inputs are the n - 1 previous estimates, oldest first.
 """
 
 from __future__ import annotations
@@ -13,14 +13,11 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from fuzzy_fusion_ros.core.gate import NO_PREDICTION, Prediction
 from fuzzy_fusion_ros.core.numerics import bounded, clamped
 from fuzzy_fusion_ros.parameters.fusion import PredictorParameters
 
-Array = NDArray[np.float64]
+Numbers = list[float]
 
 NOT_COVERED = -700.0
 """Exponent below which no rule covers an input: its Gaussian is at the smallest normal number."""
@@ -39,14 +36,14 @@ class Rules(NamedTuple):
     """The trained parameters of eq. (4).
 
     Attributes:
-        centres: x-bar, shape (inputs, rules), unit of the signal.
-        widths: sigma, shape (inputs, rules), above 0, unit of the signal.
-        consequents: y-bar, shape (rules,), unit of the signal.
+        centres: x-bar of every input, rule by rule, unit of the signal.
+        widths: sigma of every input, rule by rule, above 0, unit of the signal.
+        consequents: y-bar of each rule, unit of the signal.
     """
 
-    centres: Array
-    widths: Array
-    consequents: Array
+    centres: Numbers
+    widths: Numbers
+    consequents: Numbers
 
 
 class Inference(NamedTuple):
@@ -55,13 +52,13 @@ class Inference(NamedTuple):
     Attributes:
         covered: Whether any rule covers the input; if not, the rest is 0.
         output: f, unit of the signal.
-        strengths: z of each rule, scaled so that the largest is 1, shape (rules,).
+        strengths: z of each rule, scaled so that the largest is 1.
         total: b, their sum.
     """
 
     covered: bool
     output: float
-    strengths: Array
+    strengths: Numbers
     total: float
 
 
@@ -70,7 +67,7 @@ class Predictor(NamedTuple):
 
     Attributes:
         filled: How many estimates of ``history`` are there.
-        history: The last n estimates, oldest first, shape (n,).
+        history: The last n estimates, oldest first.
         stamp_ns: Stamp of the newest.
         step_ns: Time between the newest two, 0 until there are two.
         rules: The rules; only meaningful once the history is filled.
@@ -80,7 +77,7 @@ class Predictor(NamedTuple):
     """
 
     filled: int
-    history: Array
+    history: Numbers
     stamp_ns: int
     step_ns: int
     rules: Rules
@@ -93,13 +90,13 @@ def untrained(samples: int, rules: int) -> Predictor:
     """Return the state before any estimate, for n = ``samples``."""
     return Predictor(
         filled=0,
-        history=np.zeros(samples),
+        history=[0.0] * samples,
         stamp_ns=0,
         step_ns=0,
         rules=Rules(
-            centres=np.zeros((samples - 1, rules)),
-            widths=np.ones((samples - 1, rules)),
-            consequents=np.zeros(rules),
+            centres=[0.0] * ((samples - 1) * rules),
+            widths=[1.0] * ((samples - 1) * rules),
+            consequents=[0.0] * rules,
         ),
         narrowest=0.0,
         increment=0.0,
@@ -133,31 +130,35 @@ def learn(
     if not parameters.enabled:
         return state
     step_ns = stamp_ns - state.stamp_ns
+    before = state.filled
     if state.step_ns > 0 and step_ns > LONGEST_STEP * state.step_ns:
-        state = untrained(state.history.size, state.rules.consequents.size)
-    history = np.empty_like(state.history)
-    history[:-1] = state.history[1:]
-    history[-1] = bounded(estimate)
-    filled = min(state.filled + 1, history.size)
+        before = 0
+    n = len(state.history)
+    history = state.history.copy()
+    for i in range(n - 1):
+        history[i] = state.history[i + 1]
+    history[n - 1] = bounded(estimate)
+    filled = min(before + 1, n)
     rules = state.rules
     narrowest = state.narrowest
     increment = 0.0
     ready = False
-    if filled == history.size:
-        if state.filled < filled:
-            rules = straight_lines(parameters, history.size - 1, step_ns * 1e-9)
-            narrowest = NARROWEST * rules.widths[0, 0]
+    if filled == n:
+        if before < filled:
+            rules = straight_lines(parameters, rules, step_ns * 1e-9)
+            narrowest = NARROWEST * rules.widths[0]
+        origin = history[n - 2]
         rules = train(
-            parameters, rules, narrowest, history[:-1] - history[-2], history[-1] - history[-2]
+            parameters, rules, narrowest, relative(history[:-1], origin), history[n - 1] - origin
         )
-        ahead = infer(rules, history[1:] - history[-1])
+        ahead = infer(rules, relative(history[1:], history[n - 1]))
         increment = ahead.output
         ready = ahead.covered
     return Predictor(
         filled=filled,
         history=history,
         stamp_ns=stamp_ns,
-        step_ns=step_ns if state.filled > 0 else 0,
+        step_ns=step_ns if before > 0 else 0,
         rules=rules,
         narrowest=narrowest,
         increment=increment,
@@ -165,7 +166,15 @@ def learn(
     )
 
 
-def straight_lines(parameters: PredictorParameters, inputs: int, step: float) -> Rules:
+def relative(values: Numbers, origin: float) -> Numbers:
+    """Return the distances of values from an origin."""
+    distances = values.copy()
+    for i in range(len(values)):
+        distances[i] = values[i] - origin
+    return distances
+
+
+def straight_lines(parameters: PredictorParameters, rules: Rules, step: float) -> Rules:
     """Return the first rules: straight lines of evenly spread slopes through the newest estimate.
 
     Rule l says: if the signal has come along the line of slope ``s_l``, it goes on along it for
@@ -174,38 +183,49 @@ def straight_lines(parameters: PredictorParameters, inputs: int, step: float) ->
 
     Args:
         parameters: Of the predictor.
-        inputs: n - 1.
+        rules: As many rules of as many inputs.
         step: Time between estimates, seconds.
     """
-    n = parameters.rules
+    centres = rules.centres.copy()
+    widths = rules.widths.copy()
+    consequents = rules.consequents.copy()
+    n = len(consequents)
+    inputs = len(centres) // n
     spacing = 2.0 * parameters.slope / (n - 1)
     width = SPREAD * spacing * (inputs - 1) * step
-    centres = np.zeros((inputs, n))
-    consequents = np.zeros(n)
     for rule in range(n):
         slope = rule * spacing - parameters.slope
         consequents[rule] = slope * parameters.lead * step
         for i in range(inputs):
             age = (inputs - 1 - i) * step
-            centres[i, rule] = -slope * age
-    return Rules(centres=centres, widths=np.full((inputs, n), width), consequents=consequents)
+            centres[rule * inputs + i] = -slope * age
+            widths[rule * inputs + i] = width
+    return Rules(centres=centres, widths=widths, consequents=consequents)
 
 
-def infer(rules: Rules, inputs: Array) -> Inference:
+def infer(rules: Rules, inputs: Numbers) -> Inference:
     """Eqs. (4)-(7) with the square restored; the largest exponent is taken out of a / b."""
-    scaled = (inputs.reshape(-1, 1) - rules.centres) / rules.widths
-    exponents = -(scaled * scaled).sum(axis=0)
-    largest = exponents[0]
-    for exponent in exponents:
+    centres = rules.centres
+    widths = rules.widths
+    consequents = rules.consequents
+    strengths = consequents.copy()
+    largest = -math.inf
+    k = 0
+    for rule in range(len(consequents)):
+        exponent = 0.0
+        for x in inputs:
+            scaled = (x - centres[k]) / widths[k]
+            exponent -= scaled * scaled
+            k += 1
+        strengths[rule] = exponent
         largest = max(largest, exponent)
-    strengths = np.zeros_like(exponents)
     a = 0.0
     b = 0.0
-    if largest > NOT_COVERED:
-        for rule in range(exponents.size):
-            strengths[rule] = math.exp(exponents[rule] - largest)
-            a += rules.consequents[rule] * strengths[rule]
-            b += strengths[rule]
+    for rule in range(len(consequents)):
+        strength = math.exp(strengths[rule] - largest) if largest > NOT_COVERED else 0.0
+        strengths[rule] = strength
+        a += consequents[rule] * strength
+        b += strength
     covered = b > 0.0
     return Inference(
         covered=covered, output=a / b if covered else 0.0, strengths=strengths, total=b
@@ -213,7 +233,11 @@ def infer(rules: Rules, inputs: Array) -> Inference:
 
 
 def train(
-    parameters: PredictorParameters, rules: Rules, narrowest: float, inputs: Array, target: float
+    parameters: PredictorParameters,
+    rules: Rules,
+    narrowest: float,
+    inputs: Numbers,
+    target: float,
 ) -> Rules:
     """Eq. (3): gradient descent until the error is below the threshold or the bound is met.
 
@@ -224,7 +248,11 @@ def train(
         inference = infer(rules, inputs)
         if abs(inference.output - target) < parameters.error_threshold:
             break
-        reach = rules.consequents.max() - rules.consequents.min()
+        low = high = rules.consequents[0]
+        for consequent in rules.consequents:
+            low = min(low, consequent)
+            high = max(high, consequent)
+        reach = high - low
         within = clamped(target, inference.output - reach, inference.output + reach)
         rules = descend(parameters.learning_rate, rules, narrowest, inference, inputs, within)
     return rules
@@ -235,7 +263,7 @@ def descend(
     rules: Rules,
     narrowest: float,
     inference: Inference,
-    inputs: Array,
+    inputs: Numbers,
     target: float,
 ) -> Rules:
     """Eqs. (10)-(12): one step of all three families, each from the values before the step.
@@ -244,19 +272,25 @@ def descend(
     """
     if not inference.covered:
         return rules
-    error = inference.output - target
-    common = learning_rate * error / inference.total * inference.strengths
-    pull = common * (rules.consequents - inference.output)
-    distance = inputs.reshape(-1, 1) - rules.centres
-    to_centres = pull * 2.0 * distance / (rules.widths * rules.widths)
-    to_widths = to_centres * distance / rules.widths
-    return Rules(
-        centres=rules.centres - limited(to_centres, rules.widths),
-        widths=np.maximum(rules.widths - limited(to_widths, rules.widths), narrowest),
-        consequents=rules.consequents - common,
-    )
-
-
-def limited(step: Array, limit: Array) -> Array:
-    """Return a step within its limit, element by element."""
-    return np.minimum(np.maximum(step, -limit), limit)
+    centres = rules.centres.copy()
+    widths = rules.widths.copy()
+    consequents = rules.consequents.copy()
+    strengths = inference.strengths
+    output = inference.output
+    share = learning_rate * (output - target) / inference.total
+    k = 0
+    for rule in range(len(consequents)):
+        consequent = consequents[rule]
+        common = share * strengths[rule]
+        pull = common * (consequent - output)
+        consequents[rule] = consequent - common
+        for x in inputs:
+            centre = centres[k]
+            width = widths[k]
+            distance = x - centre
+            to_centre = pull * 2.0 * distance / (width * width)
+            to_width = to_centre * distance / width
+            centres[k] = centre - clamped(to_centre, -width, width)
+            widths[k] = max(width - clamped(to_width, -width, width), narrowest)
+            k += 1
+    return Rules(centres=centres, widths=widths, consequents=consequents)

@@ -140,8 +140,7 @@ def test_two_predictors_are_the_same_bit_for_bit() -> None:
     values = np.cumsum(np.random.default_rng(41).normal(0.0, 0.1, 400)).tolist()
     (one, first), (other, second) = fed(values), fed(values)
     assert first == second
-    for a, b in zip(one.rules, other.rules, strict=True):
-        assert a.tobytes() == b.tobytes()
+    assert one == other
 
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
@@ -174,4 +173,4 @@ def test_whatever_is_fed_a_prediction_is_finite(
     assert all(math.isfinite(prediction.value) for prediction in predictions)
     for family in state.rules:
         assert np.isfinite(family).all()
-    assert (state.rules.widths > 0.0).all()
+    assert min(state.rules.widths) > 0.0

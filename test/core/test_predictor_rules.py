@@ -14,10 +14,10 @@ from fuzzy_fusion_ros.parameters.fusion import PredictorParameters
 
 
 def rules_of(rules: Sequence[reference.Rule]) -> Rules:
-    """Return rules as the predictor keeps them."""
+    """Return rules as the predictor takes them, in arrays for short."""
     return Rules(
-        centres=np.array([rule.centres for rule in rules]).T.copy(),
-        widths=np.array([rule.widths for rule in rules]).T.copy(),
+        centres=np.ravel([rule.centres for rule in rules]),
+        widths=np.ravel([rule.widths for rule in rules]),
         consequents=np.array([rule.consequent for rule in rules]),
     )
 
@@ -59,9 +59,7 @@ def test_inference_is_that_of_the_reference(inputs: int, rules: int) -> None:
 
 def test_the_squares_are_there() -> None:
     """Eqs. (4) and (5) lost them in print: a Gaussian, not a Laplacian."""
-    rules = Rules(
-        centres=np.array([[0.0, 2.0]]), widths=np.ones((1, 2)), consequents=np.array([0.0, 1.0])
-    )
+    rules = Rules(centres=np.array([0.0, 2.0]), widths=np.ones(2), consequents=np.array([0.0, 1.0]))
     z = math.exp(-(0.5**2)), math.exp(-(1.5**2))
     assert infer(rules, np.array([0.5])).output == pytest.approx(z[1] / (z[0] + z[1]))
 
