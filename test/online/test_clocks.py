@@ -1,0 +1,41 @@
+"""Clocks of two sensors that are apart: from when on that is said."""
+
+from __future__ import annotations
+
+import pytest
+
+from fuzzy_fusion_ros.online.clocks import clock_problem
+from fuzzy_fusion_ros.online.guard import FEWEST_DELAYS, Guard
+
+
+def arriving(delay: float) -> Guard:
+    """Return a guard whose samples arrive this long after their stamps, seconds."""
+    guard = Guard()
+    guard.delays_ns.extend([round(delay * 1e9)] * FEWEST_DELAYS)
+    return guard
+
+
+@pytest.mark.parametrize(
+    ("s1", "s2", "said"),
+    [
+        (0.01, 0.01, ""),
+        (0.0, 0.2, ""),  # what transport does
+        (0.0, 1.5, ""),  # a slow sensor
+        (0.0, 2.5, "s2's stamps are 2.5 s behind s1's while both arrive: "),
+        (2.5, 0.0, "s2's stamps are 2.5 s ahead of s1's while both arrive: "),
+        (0.0, -0.5, "s2's stamps are 0.5 s ahead of s1's while both arrive: "),  # before its time
+        (-0.5, 0.0, "s2's stamps are 0.5 s behind s1's while both arrive: "),
+        (1.5, 0.0, "s2's stamps are 1.5 s ahead of s1's while both arrive: "),  # past S1's timeout
+    ],
+)
+def test_what_does_harm_is_said(s1: float, s2: float, said: str) -> None:
+    problem = clock_problem(arriving(s1), arriving(s2), 1.0, 5.0)
+    assert problem.startswith(said)
+    assert bool(problem) == bool(said)
+
+
+def test_nothing_is_said_before_enough_samples_have_come() -> None:
+    few = Guard()
+    few.delays_ns.extend([10**10] * (FEWEST_DELAYS - 1))
+    assert clock_problem(few, arriving(0.0), 1.0, 5.0) == ""
+    assert clock_problem(arriving(0.0), few, 1.0, 5.0) == ""
