@@ -121,8 +121,8 @@ def numeric_fields(types: TypeDescriptions, type_name: str) -> list[str]:
 def computed_fields(types: TypeDescriptions, type_name: str) -> list[str]:
     """Return the usual functions of a type's numbers, angles first.
 
-    Those are the angles of quaternions, tilt by accelerations, sizes of vectors, and altitude by
-    pressure; elements of arrays stand for all as in :func:`numeric_fields`.
+    Those are the angles of quaternions, tilt by accelerations, directions of velocities, sizes of
+    vectors, and altitude by pressure; an element of an array stands for all.
 
     Raises:
         MessageError: The type is unknown.
@@ -141,6 +141,8 @@ def computed_fields(types: TypeDescriptions, type_name: str) -> list[str]:
             continue
         if "acceleration" in owner:
             found += [f"{name}({owner})" for name in ("roll", "pitch")]
+        if owner.endswith("linear"):
+            found.append(f"atan2({owner}.y, {owner}.x)")
         sizes.append(f"norm({owner})")
     return [*found, *sizes]
 

@@ -169,8 +169,8 @@ def _codecs(bag: BagReader, msgtype: str, data: bytes) -> Iterator[ScalarCodec]:
         computed = computed_fields(bag.types, msgtype)
     except MessageError:
         return
-    angles = [each for each in computed if not ("[" in each or each.startswith("norm"))]
-    yield from _readers(bag, msgtype, angles)
+    chosen = [each for each in computed if "norm" not in each or each.endswith("linear)")]
+    yield from _readers(bag, msgtype, [each for each in chosen if "[" not in each])
     for path in paths:
         if "variance" in path.lower() or "=" in path:
             continue

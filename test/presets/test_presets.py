@@ -1,0 +1,49 @@
+"""Every preset in config/presets does its job, from a bag and as a node."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from presets.sensors import RIGS, write_rig
+
+from fuzzy_fusion_ros.bag import open_bag
+from fuzzy_fusion_ros.nodes.fusion_node import FusionNode
+from fuzzy_fusion_ros.offline.check import check_bag
+from fuzzy_fusion_ros.offline.replay import replay
+from fuzzy_fusion_ros.offline.topics import Topics
+from fuzzy_fusion_ros.parameters.file import parameters_from
+from fuzzy_fusion_ros.scoring.score import score_bag
+from fuzzy_fusion_ros.testing import Harness
+
+PRESETS = Path(__file__).resolve().parents[2] / "config" / "presets"
+BETTER = {"heading": 0.7, "tilt": 0.3, "speed": 0.7, "altitude": 0.7}
+"""Share of the better sensor's error that the estimate may have."""
+
+
+def test_every_preset_has_a_rig() -> None:
+    assert {path.stem for path in PRESETS.glob("*.yaml")} == set(RIGS) == set(BETTER)
+
+
+@pytest.mark.parametrize("name", RIGS)
+def test_it_is_better_than_either_sensor(tmp_path: Path, name: str) -> None:
+    rig, parameters = RIGS[name], parameters_from(PRESETS / f"{name}.yaml")
+    topics = Topics(s1=rig.s1.topic, s2=rig.s2.topic)
+    path = write_rig(tmp_path / "bag", rig)
+    with open_bag(path) as bag:
+        assert check_bag(bag, topics, parameters).is_fine
+        replay(bag, tmp_path / "replayed", topics, parameters)
+    found = score_bag(tmp_path / "replayed", topics, parameters)
+    errors = {each: found.scores(each)["rmse"] for each in ("estimate", "s1", "s2")}
+    assert errors["estimate"] < BETTER[name] * min(errors["s1"], errors["s2"]), errors
+    assert np.ptp(found.time_s) > 110.0
+    sure = found.scores("estimate")
+    assert 0.4 < sure["within_1sd"] <= 1.0
+
+
+@pytest.mark.parametrize("name", RIGS)
+def test_a_node_takes_it(harness: Harness, name: str) -> None:
+    path = PRESETS / f"{name}.yaml"
+    node = harness.add(FusionNode, parameter_file=path)
+    assert node.parameters == parameters_from(path)
