@@ -126,7 +126,9 @@ def _missing(error: ModuleNotFoundError) -> str:
     if library == __package__.partition(".")[0]:
         raise error
     if library == "rclpy" or library.endswith(("_msgs", "_srvs")):
-        return f"{library} is not found: source ROS 2, for example /opt/ros/jazzy/setup.bash"
+        return (
+            f"needs ROS 2: {library} is not found; source it, for example /opt/ros/jazzy/setup.bash"
+        )
     return (
         f"{library} is not installed: in a workspace, src/fuzzy_fusion_ros/install.sh brings it; "
         f"in a virtual environment, pip install {library}"

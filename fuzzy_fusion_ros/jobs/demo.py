@@ -114,6 +114,7 @@ def demo(
         folder.mkdir(parents=True, exist_ok=True)
         for name in (LIVE, EXPLAINED, REPLAYED):
             _remove_bag(folder / name)
+    run_live(folder, seed, seconds, progress)  # first: without ROS it fails at once
     car = score(
         bags / REAL,
         parameters=bags / f"{REAL}.yaml",
@@ -121,7 +122,6 @@ def demo(
         unit="m/s^2",
         progress=progress,
     )._replace(name=REAL)
-    run_live(folder, seed, seconds, progress)
     parameters = replace(Parameters(), PARAMETERS)
     replay(folder / LIVE, folder / REPLAYED, parameters=parameters, progress=progress)
     found = differences(folder / LIVE, folder / REPLAYED, ["/s1", "/s2", "/truth", "/estimate"])
@@ -151,7 +151,7 @@ def run_live(output: Path, seed: int, seconds: float, progress: Progress = SILEN
         from fuzzy_fusion_ros.testing import Process, claimed_domain
     except ImportError as error:
         raise DemoError(
-            f"{error}: source ROS 2 Jazzy, or run make demo, which gets it from PyPI"
+            f"needs ROS 2: {error}; source it, or run make demo, which gets it from PyPI"
         ) from None
     with claimed_domain() as domain, tempfile.TemporaryDirectory() as logs:
         environment = {

@@ -19,8 +19,8 @@ from fuzzy_fusion_ros.checking.values import wrap_of
 from fuzzy_fusion_ros.messages import ScalarCodec, computed_fields, numeric_fields
 from fuzzy_fusion_ros.messages.units import unit_read
 from fuzzy_fusion_ros.offline.raw import RawSamples, Source, read_raw
-from fuzzy_fusion_ros.offline.recording import Progress
 from fuzzy_fusion_ros.offline.topics import Topics, codecs_of
+from fuzzy_fusion_ros.offline.tracks import Progress
 from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 

@@ -70,8 +70,11 @@ def test_an_error_of_the_users_is_one_line(capsys: pytest.CaptureFixture[str]) -
     ("module", "said"),
     [
         ("mcap.records", "tool: mcap is not installed: in a workspace, src/fuzzy_fusion_ros/"),
-        ("rclpy", "tool: rclpy is not found: source ROS 2, for example /opt/ros/jazzy/setup.bash"),
-        ("geometry_msgs.msg", "tool: geometry_msgs is not found: source ROS 2"),
+        (
+            "rclpy",
+            "tool: needs ROS 2: rclpy is not found; source it, for example /opt/ros/",
+        ),
+        ("geometry_msgs.msg", "tool: needs ROS 2: geometry_msgs is not found; source it"),
     ],
 )
 def test_a_library_that_is_missing_is_named_with_what_brings_it(
