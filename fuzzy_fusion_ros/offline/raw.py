@@ -12,7 +12,7 @@ from fuzzy_fusion_ros.bag.reader import BagReader
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals, Stamps
 from fuzzy_fusion_ros.messages import ScalarCodec
 from fuzzy_fusion_ros.messages.columns import ColumnReader, Columns
-from fuzzy_fusion_ros.offline.recording import Progress
+from fuzzy_fusion_ros.offline.tracks import Progress
 
 
 class Source(NamedTuple):

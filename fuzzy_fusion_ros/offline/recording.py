@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -12,10 +12,12 @@ from fuzzy_fusion_ros.bag.reader import BagReader
 from fuzzy_fusion_ros.bag.topic import BagMessage
 from fuzzy_fusion_ros.batch.arrays import Reals, Stamps
 from fuzzy_fusion_ros.batch.series import Series
+from fuzzy_fusion_ros.core.numerics import LARGEST
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages import ScalarCodec
 from fuzzy_fusion_ros.messages.outputs import DEVIATION, EXPLANATION, RULES, STRENGTHS
 from fuzzy_fusion_ros.messages.units import signal_unit
+from fuzzy_fusion_ros.offline.clean import Samples, read_clean
 from fuzzy_fusion_ros.offline.topics import (
     Topics,
     codec_of,
@@ -23,6 +25,7 @@ from fuzzy_fusion_ros.offline.topics import (
     explanation_prefix,
     unstamped,
 )
+from fuzzy_fusion_ros.offline.tracks import Progress, Track
 from fuzzy_fusion_ros.online.guard import Drop, Guard
 from fuzzy_fusion_ros.online.intake import Intake
 from fuzzy_fusion_ros.online.ticks import Ticks
@@ -30,26 +33,6 @@ from fuzzy_fusion_ros.online.timeline import Timeline
 from fuzzy_fusion_ros.online.verdict import Verdict
 from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
-
-LARGEST = 1e100
-"""Magnitude of a value; sums of squares of larger ones overflow."""
-
-Progress = Callable[[Iterable[BagMessage]], Iterable[BagMessage]]
-"""Passes messages on and shows how far the work is."""
-
-
-class Track(NamedTuple):
-    """The samples of one topic that can be used.
-
-    Attributes:
-        stamps_ns: Their stamps, rising, shape (n,), nanoseconds.
-        values: Finite, shape (n,).
-        log_ns: When they were recorded, shape (n,), nanoseconds.
-    """
-
-    stamps_ns: Stamps
-    values: Reals
-    log_ns: Stamps
 
 
 class Recording(NamedTuple):
@@ -109,10 +92,51 @@ def read_recording(
     """
     topics = topics.found_in(bag)
     bag.require_topics(topics.s1, topics.s2)
-    intake, steps = Intake(parameters), _Steps()
-    timer = Ticks(parameters)
     codecs = codecs_of(bag, topics, parameters)
     unit = signal_unit(codecs["s1"], codecs["s2"], parameters)
+    span = (start_s, end_s, progress)
+    read = read_clean(bag, topics.by_role(), codecs, parameters, *span)
+    notes: list[str] = []
+    if read is None:
+        read, notes = _read_one_by_one(bag, topics, codecs, parameters, *span)
+    tracks = read.tracks
+    for role, track in tracks.items():
+        largest = np.max(np.abs(track.values), initial=0.0)
+        if largest > LARGEST:
+            raise BagError(
+                f"bag {str(bag.path)!r}: {topics.by_role()[role]} has values up to {largest:.3g}, "
+                f"whose squares overflow: at most {LARGEST:g} can be read; is its field right?"
+            )
+    return Recording(
+        name=str(bag.path),
+        s1=tracks["s1"],
+        s2=tracks["s2"],
+        estimate=tracks.get("estimate", _track([])),
+        truth=tracks.get("truth", _track([])),
+        series=read.series,
+        start_ns=bag.start_ns or 0,
+        unit=unit,
+        period=parameters.signal.period,
+        notes=(*unstamped(topics, codecs), *notes, *bag.problems),
+    )
+
+
+def _read_one_by_one(
+    bag: BagReader,
+    topics: Topics,
+    codecs: Mapping[str, ScalarCodec],
+    parameters: Parameters,
+    start_s: float | None,
+    end_s: float | None,
+    progress: Progress,
+) -> tuple[Samples, list[str]]:
+    """Read the samples through guards and trigger; return them, and what was left out and why.
+
+    Raises:
+        BagError: S1 or S2 has no usable sample.
+    """
+    intake, steps = Intake(parameters), _Steps()
+    timer = Ticks(parameters)
     readers = {
         "s1": _Reader(topics.s1, codecs["s1"], intake.s1, intake.on_s1),
         "s2": _Reader(topics.s2, codecs["s2"], intake.s2, intake.on_s2),
@@ -142,29 +166,14 @@ def read_recording(
                 break
             steps.follow(verdict)
     intake.finish()
-    notes += [*unstamped(topics, codecs), *filter(None, [intake.clock_problem()])]
+    notes += filter(None, [intake.clock_problem()])
     for role, reader in readers.items():
         notes += reader.notes()
         if reader.is_empty and role in {"s1", "s2"}:
             why = "; ".join(reader.notes()) or "it has no message in this span"
             raise BagError(f"bag {str(bag.path)!r}: nothing on {reader.topic} can be used: {why}")
-        if reader.largest > LARGEST:
-            raise BagError(
-                f"bag {str(bag.path)!r}: {reader.topic} has values up to {reader.largest:.3g}, "
-                f"whose squares overflow: at most {LARGEST:g} can be read; is its field right?"
-            )
-    return Recording(
-        name=str(bag.path),
-        s1=readers["s1"].track(),
-        s2=readers["s2"].track(),
-        estimate=readers["estimate"].track() if "estimate" in readers else _track([]),
-        truth=readers["truth"].track() if "truth" in readers else _track([]),
-        series=steps.series(intake.s1.first_ns),
-        start_ns=bag.start_ns or 0,
-        unit=unit,
-        period=parameters.signal.period,
-        notes=(*notes, *bag.problems),
-    )
+    tracks = {role: reader.track() for role, reader in readers.items()}
+    return Samples(tracks, steps.series(intake.s1.first_ns)), notes
 
 
 def read_explanation(
@@ -218,10 +227,6 @@ class _Reader:
     @property
     def is_empty(self) -> bool:
         return not self._rows
-
-    @property
-    def largest(self) -> float:
-        return max((abs(value) for _, value, _ in self._rows), default=0.0)
 
     def judge(self, message: BagMessage) -> tuple[Sample, Verdict]:
         """Return the sample of a message and what becomes of it."""

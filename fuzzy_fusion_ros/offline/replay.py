@@ -22,8 +22,8 @@ from fuzzy_fusion_ros.messages.outputs import (
     point_template,
 )
 from fuzzy_fusion_ros.offline.bag_fusion import BagFusion, Logged
-from fuzzy_fusion_ros.offline.recording import Progress
 from fuzzy_fusion_ros.offline.topics import Topics, explanation_prefix
+from fuzzy_fusion_ros.offline.tracks import Progress
 from fuzzy_fusion_ros.online.mode_shares import ModeShares
 from fuzzy_fusion_ros.online.verdict import Fused
 from fuzzy_fusion_ros.parameters.errors import BagError, MessageError

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fuzzy_fusion_ros.batch.arrays import Reals, Stamps, unwrapped
-from fuzzy_fusion_ros.offline.recording import Track
+from fuzzy_fusion_ros.offline.tracks import Track
 
 
 def interpolated(track: Track, stamps_ns: Stamps, period: float = 0.0) -> Reals:

@@ -15,14 +15,9 @@ from fuzzy_fusion_ros.batch.series import WORTH_COMPILING, Series, Trace, fusion
 from fuzzy_fusion_ros.core.estimator import S2_ONLY, WAITING
 from fuzzy_fusion_ros.messages.outputs import DEVIATION, RULES
 from fuzzy_fusion_ros.offline.check import warnings_of
-from fuzzy_fusion_ros.offline.recording import (
-    Progress,
-    Recording,
-    Track,
-    read_explanation,
-    read_recording,
-)
+from fuzzy_fusion_ros.offline.recording import Recording, read_explanation, read_recording
 from fuzzy_fusion_ros.offline.topics import Topics
+from fuzzy_fusion_ros.offline.tracks import Progress, Track
 from fuzzy_fusion_ros.online.mode_shares import shares_of
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.scoring.join import held, interpolated

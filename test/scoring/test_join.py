@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fuzzy_fusion_ros.offline.recording import Track
+from fuzzy_fusion_ros.offline.tracks import Track
 from fuzzy_fusion_ros.scoring.join import held, interpolated
 
 BEGIN_NS = 1_700_000_000_123_456_789
