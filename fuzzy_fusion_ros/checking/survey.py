@@ -9,10 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fuzzy_fusion_ros.batch.arrays import Reals
+from fuzzy_fusion_ros.batch.arrays import Flags, Reals
 from fuzzy_fusion_ros.checking.motion import Motion
 from fuzzy_fusion_ros.checking.pair import BEYOND_DOUBT, RELATED
-from fuzzy_fusion_ros.checking.relation import Relation, lag_of, relations
+from fuzzy_fusion_ros.checking.relation import Kind, Relation, lag_of, relations
+from fuzzy_fusion_ros.messages.units import RATES
 
 POINTS = 1024
 """Points of the grid on which all pairs are compared."""
@@ -79,7 +80,10 @@ class Together(NamedTuple):
 
 
 def survey(fields: Sequence[Field]) -> list[Together]:
-    """Return the pairs of fields of different topics that move together, the surest first.
+    """Return the pairs of fields that move together, the surest first.
+
+    Fields of one topic, such as a gyro's rate and an accelerometer's tilt, are paired only where
+    their units say that one is the rate of the other.
 
     Args:
         fields: The fields.
@@ -109,7 +113,11 @@ def _together(one: Field, other: Field) -> Together | None:
     """Return what two fields are to each other."""
     s1, s2 = sorted((one, other), key=lambda each: each.motion.interval)
     best = _best(s1, s2)
-    if best and best.relation.lag < 0.0 and s2.motion.interval < ALIKE * s1.motion.interval:
+    if best is None or s2.motion.interval >= ALIKE * s1.motion.interval:
+        return best
+    if best.relation.kind is Kind.S2_RATE:  # a rate is the fast sensor
+        return _best(s2, s1) or best
+    if best.relation.kind is Kind.VALUE and best.relation.lag < 0.0:
         return min((best, _best(s2, s1) or best), key=lambda each: each.relation.cost)
     return best
 
@@ -127,7 +135,7 @@ def _best(s1: Field, s2: Field) -> Together | None:
 
 
 def _candidates(fields: Sequence[Field]) -> list[tuple[int, int]]:
-    """Return places of pairs of different topics, those that correlate most on the grid."""
+    """Return places of pairs to be looked at, those that correlate most on the grid."""
     topics = np.unique([each.topic for each in fields], return_inverse=True)[1]
     steps = _steps(fields)
     found: list[tuple[float, int, int]] = []
@@ -135,7 +143,8 @@ def _candidates(fields: Sequence[Field]) -> list[tuple[int, int]]:
         rows = np.arange(first, min(first + ROWS, len(fields)))
         columns = np.arange(first, len(fields))
         best = _correlations(steps, rows, first)
-        best[topics[rows, None] == topics[None, columns]] = 0.0
+        is_one_topic = topics[rows, None] == topics[None, columns]
+        best[is_one_topic & ~_are_rates(fields, rows, columns)] = 0.0
         best[rows[:, None] >= columns[None, :]] = 0.0
         most = np.argpartition(best, max(0, best.size - CANDIDATES), axis=None)[-CANDIDATES:]
         found += [
@@ -144,6 +153,17 @@ def _candidates(fields: Sequence[Field]) -> list[tuple[int, int]]:
             if best[i, j] >= COARSE
         ]
     return [(i, j) for _, i, j in sorted(found, reverse=True)[:CANDIDATES]]
+
+
+def _are_rates(
+    fields: Sequence[Field], rows: NDArray[np.int64], columns: NDArray[np.int64]
+) -> Flags:
+    """Return where the units of two fields say that one is the rate of the other."""
+    units = np.array([each.unit for each in fields])
+    rates = np.array([RATES.get(each.unit, "-") for each in fields])
+    are_rates: Flags = units[rows, None] == rates[None, columns]
+    are_rates |= rates[rows, None] == units[None, columns]
+    return are_rates
 
 
 class _Steps(NamedTuple):

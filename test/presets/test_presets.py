@@ -9,8 +9,9 @@ import pytest
 from presets.sensors import RIGS, write_rig
 
 from fuzzy_fusion_ros.bag import open_bag
+from fuzzy_fusion_ros.checking.relation import Kind
 from fuzzy_fusion_ros.nodes.fusion_node import FusionNode
-from fuzzy_fusion_ros.offline.check import check_bag
+from fuzzy_fusion_ros.offline.check import check_bag, survey_bag
 from fuzzy_fusion_ros.offline.replay import replay
 from fuzzy_fusion_ros.offline.topics import Topics
 from fuzzy_fusion_ros.parameters.file import parameters_from
@@ -40,6 +41,15 @@ def test_it_is_better_than_either_sensor(tmp_path: Path, name: str) -> None:
     assert np.ptp(found.time_s) > 110.0
     sure = found.scores("estimate")
     assert 0.4 < sure["within_1sd"] <= 1.0
+
+
+@pytest.mark.parametrize("name", RIGS)
+def test_check_without_topics_finds_its_fields(tmp_path: Path, name: str) -> None:
+    rig, parameters = RIGS[name], parameters_from(PRESETS / f"{name}.yaml")
+    with open_bag(write_rig(tmp_path / "bag", rig)) as bag:
+        found = {(each.s1.topic, each.s1.path, each.s2.path): each for each in survey_bag(bag)}
+    pair = found[rig.s1.topic, parameters.s1.field, parameters.s2.field]
+    assert (pair.relation.kind is Kind.S1_RATE) == (parameters.s1.kind == "rate")
 
 
 @pytest.mark.parametrize("name", RIGS)
