@@ -136,3 +136,23 @@ def test_what_was_fitted_to_the_first_half_is_near_the_best_on_the_second(tmp_pa
     assert estimate <= 0.2
     assert document["best_baseline"] == min(found, key=lambda name: found[name]["rmse"])
     assert estimate < 1.1 * found[document["best_baseline"]]["rmse"]
+
+
+def test_without_tuning_it_is_near_the_best_fitted_filter_from_the_second_minute_on(
+    tmp_path: Path,
+) -> None:
+    fitted = (BAGS / "car_accel.yaml").read_text(encoding="utf-8")
+    key = "ros__parameters:\n"
+    params, path = tmp_path / "self_tuning.yaml", tmp_path / "score.json"
+    params.write_text(fitted.replace(key, key + "    self_tuning: true\n", 1), encoding="utf-8")
+    window = ["--start", "60", "--end", "300"]
+    options = ["--params", str(params), *window, "--json", str(path)]
+    assert score.main([str(BAGS / "car_accel"), *options]) == 0
+    found = {
+        name: each["rmse"] for name, each in json.loads(path.read_text())["estimators"].items()
+    }
+    assert found["estimate"] < 0.5 * min(found["s1"], found["s2"])
+    lag_aware = {"kalman_lag", "kalman_lag_cv", "error_state"}
+    others = [found[name] for name in found.keys() - lag_aware - {"estimate"}]
+    assert found["estimate"] < 0.95 * min(others)
+    assert found["estimate"] < 1.6 * min(found.values())

@@ -36,6 +36,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "plain": {},
     "predictor": {"predictor.enabled": True},
     "paired": {"trigger": "pair", "predictor.enabled": True},
+    "self-tuning": {"self_tuning": True},
 }
 
 
@@ -84,7 +85,7 @@ def replayed(source: Path, output: Path, changes: dict[str, Any]) -> Path:
     return output
 
 
-@pytest.mark.parametrize("name", ["plain", "predictor"])
+@pytest.mark.parametrize("name", ["plain", "predictor", "self-tuning"])
 @pytest.mark.parametrize("live", [run_in_one_process, run_in_two_processes])
 def test_live_replayed_and_simulated_runs_are_one(tmp_path: Path, live: Any, name: str) -> None:
     # Two topics can overtake one another, so what is to repeat takes its samples in pairs.

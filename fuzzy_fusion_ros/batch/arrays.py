@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fuzzy_fusion_ros.self_tuning.spikes import SIGMA_OVER_MEDIAN
+
 Reals = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 """Nanoseconds."""
 Flags = NDArray[np.bool_]
-
-SIGMA_OVER_MEDIAN = 1.4826
-"""Standard deviation of normal numbers of mean 0, over the median of their magnitudes."""
 
 CONSTANT = 1e-9
 """A series that varies by less is constant but for rounding."""

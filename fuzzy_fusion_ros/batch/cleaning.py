@@ -6,20 +6,15 @@ import itertools
 
 import numpy as np
 
-from fuzzy_fusion_ros.batch.arrays import SIGMA_OVER_MEDIAN, Reals, white_noise
+from fuzzy_fusion_ros.batch.arrays import Reals, white_noise
 from fuzzy_fusion_ros.batch.smoothing import smoothed
+from fuzzy_fusion_ros.self_tuning.spikes import FEWEST_SPIKES, SIGMA_OVER_MEDIAN, SPIKE_SIGMAS
 
 DETECTING = 5
 """Samples each way in the median that detects spikes: few, so that motion is not taken for one."""
 
 REMOVING = 8
 """Samples each way in the median that replaces spikes: enough to outnumber a run of them."""
-
-SPIKE_SIGMAS = 5.0
-"""A sample this many times the usual step from the median around it is a spike."""
-
-FEWEST_SPIKES = 0.015
-"""At this share and above, spikes are a fault of the sensor; fewer are the tail of its noise."""
 
 _TINY = 1e-300
 

@@ -13,13 +13,13 @@ from fuzzy_fusion_ros.batch.compiled import compiled, interpreted, with_arrays
 from fuzzy_fusion_ros.core.estimator import (
     WAITING,
     Estimate,
-    initial_state,
     observe_s2,
     update,
     without_s1,
 )
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import numbers
+from fuzzy_fusion_ros.self_tuning import estimator_for
 
 State = Any
 """State of a method; each method has its own type."""
@@ -80,6 +80,7 @@ class Method(NamedTuple):
             observed, S1 being lost.
         parameters: What they take, plain numbers in named tuples.
         state: The state before any sample.
+        compiles: Whether its functions can be compiled.
     """
 
     observe_s2: Callable[[Any, State, int, float], State]
@@ -87,6 +88,7 @@ class Method(NamedTuple):
     without_s1: Callable[[Any, State, int], Estimate]
     parameters: Any
     state: State
+    compiles: bool = True
 
 
 class Trace(NamedTuple):
@@ -132,8 +134,11 @@ def fusion(parameters: Parameters, started_ns: int = 0) -> Method:
         parameters: Of the fusion.
         started_ns: As in :class:`Series`.
     """
-    state = initial_state(parameters)._replace(started_ns=started_ns)
-    return Method(observe_s2, update, without_s1, numbers(parameters), state)
+    own = estimator_for(parameters)
+    given = parameters if parameters.self_tuning else numbers(parameters)
+    state = own.initial_state(parameters)._replace(started_ns=started_ns)
+    compiles = not parameters.self_tuning
+    return Method(own.observe_s2, own.update, own.without_s1, given, state, compiles)
 
 
 def run(method: Method, series: Series, *, compile_from: int = 0) -> Trace:
@@ -151,7 +156,7 @@ def run(method: Method, series: Series, *, compile_from: int = 0) -> Trace:
         "update": method.update,
         "without_s1": method.without_s1,
     }
-    if series.s1.size >= compile_from:
+    if method.compiles and series.s1.size >= compile_from:
         compiled(_run, **own)(method.parameters, with_arrays(method.state), series, trace)
     else:
         plain = Series._make([*(each.tolist() for each in series[:-1]), series.started_ns])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 from std_srvs.srv import SetBool, Trigger
@@ -16,11 +18,14 @@ from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
 from fuzzy_fusion_ros.nodes.sensor_report import SensorReport
 from fuzzy_fusion_ros.online.fusion import Fusion
 from fuzzy_fusion_ros.online.verdict import Verdict
+from fuzzy_fusion_ros.parameters.file import ParameterFileError, dump
 from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import flatten, replace
 from fuzzy_fusion_ros.ros.clock import NodeTime
 from fuzzy_fusion_ros.ros.diagnostics import Diagnostics, Report
 from fuzzy_fusion_ros.ros.node import ConfiguredNode
 from fuzzy_fusion_ros.ros.recorder import NoRecorder, recorder_for
+from fuzzy_fusion_ros.self_tuning.choice import MEASURED
 
 
 class FusionNode(ConfiguredNode[Parameters]):
@@ -70,6 +75,7 @@ class FusionNode(ConfiguredNode[Parameters]):
         self._jumps = self._time.on_jump_back(self._on_jump_back)
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.create_service(SetBool, "~/enable", self._on_enable)
+        self.create_service(Trigger, "~/save_parameters", self._on_save_parameters)
         if parameters.trigger == "timer":
             self._ticks = self._time.every(1.0 / parameters.rate, self.guarded(self._on_tick))
         self._connected = True
@@ -146,9 +152,16 @@ class FusionNode(ConfiguredNode[Parameters]):
             self._report.report(stale, self._output, self._fusion, work, self._time, held),
             self._s1_report.report(s1_timeout),
             self._s2_report.report(s2_timeout),
-            *self._rules.reports(parameters),
+            *self._rules.reports(self._fusion.in_use),
+            *self._self_tuning(),
             self._check.report(),
         ]
+
+    def _self_tuning(self) -> Iterator[Report]:
+        """Report the parameters that are measured, if they are."""
+        if self.parameters.self_tuning:
+            values = flatten(self._fusion.in_use)
+            yield Report("self-tuning", [], {name: values[name] for name in MEASURED})
 
     def _on_jump_back(self, back_ns: int) -> None:
         """Clear what is from before the jump, unless samples have shown it already.
@@ -164,6 +177,19 @@ class FusionNode(ConfiguredNode[Parameters]):
         self._fusion.reset()
         self._rules.restart()
         response.success, response.message = True, "state cleared"
+        return response
+
+    def _on_save_parameters(self, _: Trigger.Request, response: Any) -> Any:
+        """Write the parameters in use, as given from then on, to a new file."""
+        path = Path(f"{self.get_name()}_saved.yaml").resolve()
+        try:
+            if path.exists():
+                raise ParameterFileError(path, "exists: move it away, then save again")
+            dump(replace(self._fusion.in_use, {"self_tuning": False}), path)
+        except ParameterFileError as error:
+            response.success, response.message = False, str(error)
+        else:
+            response.success, response.message = True, f"parameters written to {path}"
         return response
 
     def _on_enable(self, request: Any, response: Any) -> Any:

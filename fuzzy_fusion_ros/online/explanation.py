@@ -9,6 +9,7 @@ from fuzzy_fusion_ros.core.numerics import seconds_between
 from fuzzy_fusion_ros.core.observer import observes
 from fuzzy_fusion_ros.online.verdict import Fused
 from fuzzy_fusion_ros.parameters.fusion import Parameters, Weights
+from fuzzy_fusion_ros.self_tuning import in_use
 
 RULE_WEIGHTS = ("small", "large", "very_small", "very_large")
 """Table 1: the name of the weight that each rule concludes."""
@@ -20,11 +21,12 @@ def explanation(parameters: Parameters, fused: Fused, unit: str = "") -> str:
     The numbers reproduce the estimate to the digits that are printed.
 
     Args:
-        parameters: Those that it was made with.
+        parameters: Those given.
         fused: The estimate.
         unit: Unit of the signal, ``""`` where it is not known.
     """
     u = f" {unit}" if unit else ""
+    parameters = in_use(parameters, fused.state)
     estimate = fused.estimate
     text = f"The estimate {estimate.value:.6g}{u} is "
     if estimate.accepted:

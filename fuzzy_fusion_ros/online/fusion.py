@@ -6,14 +6,9 @@ always give the same estimates.
 
 from __future__ import annotations
 
-from fuzzy_fusion_ros.core.estimator import (
-    WAITING,
-    Estimate,
-    initial_state,
-    observe_s2,
-    update,
-    without_s1,
-)
+from typing import Any
+
+from fuzzy_fusion_ros.core.estimator import WAITING, Estimate
 from fuzzy_fusion_ros.core.periodic import turns
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.online.guard import Guard
@@ -21,6 +16,7 @@ from fuzzy_fusion_ros.online.intake import Intake
 from fuzzy_fusion_ros.online.trigger import Step
 from fuzzy_fusion_ros.online.verdict import Fused, Verdict
 from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.self_tuning import estimator_for, in_use
 
 
 class Fusion:
@@ -40,7 +36,8 @@ class Fusion:
     def __init__(self, parameters: Parameters) -> None:
         self._intake = Intake(parameters)
         self._period = parameters.signal.period
-        self._state = initial_state(parameters)
+        self._estimator = estimator_for(parameters)
+        self._state: Any = self._estimator.initial_state(parameters)
         self._estimated_ns = 0
         self._s2_message = b""
         self.restarts = 0
@@ -65,8 +62,13 @@ class Fusion:
         other_rules = first_rules(parameters) != first_rules(self.parameters)
         self._intake.parameters = parameters
         if other_rules:
-            fresh = initial_state(parameters).predictor
+            fresh = self._estimator.initial_state(parameters).predictor
             self._state = self._state._replace(predictor=fresh)
+
+    @property
+    def in_use(self) -> Parameters:
+        """The parameters in use: those given, or with ``self_tuning`` those measured so far."""
+        return in_use(self.parameters, self._state)
 
     def on_s1(self, sample: Sample, now_ns: int | None = None) -> Verdict:
         """Take a sample of S1.
@@ -109,7 +111,7 @@ class Fusion:
         self._intake.finish()
 
     def _clear(self) -> None:
-        self._state = initial_state(self.parameters)
+        self._state = self._estimator.initial_state(self.parameters)
         self._estimated_ns = 0
 
     def _follow(self, verdict: Verdict) -> Verdict:
@@ -125,15 +127,18 @@ class Fusion:
     def _do(self, step: Step) -> tuple[Fused, ...]:
         if step.s2 is not None:
             self._s2_message = step.s2.message
-            self._state = observe_s2(self.parameters, self._state, step.s2.stamp_ns, step.s2.value)
+            self._state = self._estimator.observe_s2(
+                self.parameters, self._state, step.s2.stamp_ns, step.s2.value
+            )
         if step.s1 is not None:
-            estimate, self._state = update(
+            estimate, self._state = self._estimator.update(
                 self.parameters, self._state, step.s1.stamp_ns, step.s1.value
             )
             return self._fused(step.s1.stamp_ns, estimate)
         if step.s2 is not None and step.s2_alone:
             stamp_ns = step.s2.stamp_ns
-            return self._fused(stamp_ns, without_s1(self.parameters, self._state, stamp_ns))
+            alone = self._estimator.without_s1(self.parameters, self._state, stamp_ns)
+            return self._fused(stamp_ns, alone)
         return ()
 
     def _fused(self, stamp_ns: int, estimate: Estimate) -> tuple[Fused, ...]:

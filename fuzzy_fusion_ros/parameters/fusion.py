@@ -239,6 +239,12 @@ class Parameters(Group):
         "quality of service of both inputs: best effort or reliable delivery",
         choices=("sensor_data", "reliable"),
     )
+    self_tuning: bool = switch(
+        False,
+        "whether the conditioning of S1, the model of S2 and the rules are measured while it runs; "
+        "their parameters then do not count",
+        fixed=True,
+    )
     record: str = text("", "bag directory to record inputs and outputs to; empty for none")
     lifecycle: bool = switch(
         False, "be a managed node: silent until it is configured and activated", fixed=True

@@ -193,6 +193,18 @@ def replace(parameters: G, changes: Mapping[str, object]) -> G:
     return dataclasses.replace(parameters, **own)
 
 
+def allowed(kind: type[Group], values: Mapping[str, float]) -> dict[str, float]:
+    """Return values by dotted name, each moved to the nearest that the group allows."""
+    return within({name: descriptor for name, descriptor, _ in descriptors(kind)}, values)
+
+
+def within(limits: Mapping[str, Descriptor], values: Mapping[str, float]) -> dict[str, float]:
+    """Return values by name, each moved to the nearest that its descriptor allows."""
+    return {
+        name: min(max(value, limits[name].low), limits[name].high) for name, value in values.items()
+    }
+
+
 def numbers(parameters: Group) -> Any:
     """Return the numbers and switches of a group as a nested named tuple.
 

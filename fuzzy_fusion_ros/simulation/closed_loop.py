@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fuzzy_fusion_ros.batch.arrays import Reals, Stamps
-from fuzzy_fusion_ros.batch.compiled import compiled, with_arrays
+from fuzzy_fusion_ros.batch.compiled import compiled, interpreted, with_arrays
 from fuzzy_fusion_ros.batch.series import Method, Trace, empty_trace, write
 from fuzzy_fusion_ros.core.estimator import observe_s2, update
 from fuzzy_fusion_ros.parameters.group import numbers
@@ -143,6 +143,7 @@ def simulate(
         trace=empty_trace(n),
         survived=n,
     )
+    bind = bind if method.compiles else interpreted
     loop = bind(_simulate, observe_s2=method.observe_s2, update=method.update)
     survived = loop(
         method.parameters,

@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.self_tuning import homes
 from fuzzy_fusion_ros.tuning.characterise import Characteristics
 from fuzzy_fusion_ros.tuning.fit import Evaluations, FitSpec
 from fuzzy_fusion_ros.tuning.space import (
@@ -45,9 +46,6 @@ FEWEST = 0.25
 
 LOST_AFTER = 3.0
 """S2 counts as lost after this many of its intervals without a sample, and its delivery time."""
-
-NO_DIFFERENCE = (5e8, 1e9)
-"""Break points of a difference that is never large."""
 
 
 class Candidate(NamedTuple):
@@ -110,11 +108,10 @@ def _observer(name: str, sensors: Characteristics, lost: float, with_truth: bool
     fixed = {
         **_OFF,
         **_weights(0.0, 0.0, 0.0, 0.0),
-        "aggregator.difference.small": NO_DIFFERENCE[0],
-        "aggregator.difference.large": NO_DIFFERENCE[1],
+        **homes.safety_net(0.0),
         "aggregator.rate.small": 0.0,
         "aggregator.rate.large": 0.5 * sensors.rate,
-        "aggregator.rate_time_constant": 0.3 * sensors.s2_interval,
+        "aggregator.rate_time_constant": homes.rate_time_constant(sensors.s2_interval),
         "s2.noise": sensors.s2_noise,
         "s2.timeout": lost,
     }

@@ -8,12 +8,12 @@ import numpy as np
 
 from fuzzy_fusion_ros.batch.arrays import root_mean_square, white_noise
 from fuzzy_fusion_ros.batch.cleaning import (
-    FEWEST_SPIKES,
     without_noise,
     without_spikes,
 )
 from fuzzy_fusion_ros.batch.lag import TRUSTED, Lag, chance_correlation, lag_of, read_through
 from fuzzy_fusion_ros.batch.series import Series, held_s2, seconds
+from fuzzy_fusion_ros.self_tuning.spikes import FEWEST_SPIKES
 from fuzzy_fusion_ros.tuning.errors import TuneError
 
 FEWEST_S1 = 50

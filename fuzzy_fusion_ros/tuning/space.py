@@ -11,7 +11,8 @@ import numpy as np
 from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.batch.lag import TRUSTED, Lag
 from fuzzy_fusion_ros.core.numerics import clamped
-from fuzzy_fusion_ros.parameters.group import Descriptor, Group, descriptors
+from fuzzy_fusion_ros.parameters.group import Descriptor, Group, descriptors, within
+from fuzzy_fusion_ros.self_tuning import homes
 from fuzzy_fusion_ros.tuning.characterise import TINY, Characteristics
 
 Follow = Callable[[Mapping[str, float]], Mapping[str, float]]
@@ -108,7 +109,7 @@ class Space(NamedTuple):
             if each.share_of:
                 moved[each.name] *= moved[each.share_of]
         values = {**self.fixed, **moved}
-        return _allowed(self.limits, {**values, **self.follow(values)})
+        return within(self.limits, {**values, **self.follow(values)})
 
 
 def nothing_follows(values: Mapping[str, float]) -> Mapping[str, float]:
@@ -132,17 +133,6 @@ def space_of(
     """
     limits = {name: descriptor for name, descriptor, _ in descriptors(kind)}
     return Space([_within(limits[each.name], each) for each in axes], fixed, limits, follow)
-
-
-def allowed(kind: type[Group], values: Mapping[str, float]) -> dict[str, float]:
-    """Return values by dotted name, each moved to the nearest that the group allows."""
-    return _allowed({name: descriptor for name, descriptor, _ in descriptors(kind)}, values)
-
-
-def _allowed(limits: Mapping[str, Descriptor], values: Mapping[str, float]) -> dict[str, float]:
-    return {
-        name: clamped(value, limits[name].low, limits[name].high) for name, value in values.items()
-    }
 
 
 def _within(limits: Descriptor, axis: Axis) -> Axis:
@@ -171,7 +161,13 @@ def aggregator_axes(sensors: Characteristics) -> list[Axis]:
     return [
         *_ramp("aggregator.difference", 0.03, sensors.difference),
         *_ramp("aggregator.rate", 0.01, sensors.rate),
-        _around("aggregator.rate_time_constant", 0.3 * sensors.s2_interval, 0.1, 100.0, pull),
+        _around(
+            "aggregator.rate_time_constant",
+            homes.rate_time_constant(sensors.s2_interval),
+            0.1,
+            100.0,
+            pull,
+        ),
         Axis("aggregator.weight.very_large", 0.0, 1.0, 0.8, False, pull=pull),
         Axis(large, 0.0, 1.0, 0.7, False, "aggregator.weight.very_large", pull=pull),
         Axis(small, 0.0, 1.0, 0.5, False, large, pull=pull),
@@ -226,7 +222,7 @@ def bias_axes(sensors: Characteristics) -> list[Axis]:
     ]
     if sensors.has_spikes:
         scale = max(sensors.spike_scale, TINY)
-        axes.append(_around("s1.spike_threshold", 8.0 * scale, 0.25, 100.0, 0.02))
+        axes.append(_around("s1.spike_threshold", homes.spike_threshold(scale), 0.25, 100.0, 0.02))
     return axes
 
 
@@ -250,15 +246,15 @@ def slope_axes(sensors: Characteristics) -> list[Axis]:
 def rule_axes(sensors: Characteristics) -> list[Axis]:
     """Return the axes of Table 1 in the observer: how far S2 is doubted in motion, and when."""
     return [
-        Axis("aggregator.weight.large", 1.0, 100.0, 2.0 / 3.0, doubt=True, pull=0.02),
+        Axis("aggregator.weight.large", 1.0, 100.0, homes.DOUBT_IN_MOTION, doubt=True, pull=0.02),
         _around("aggregator.rate.large", sensors.rate, 0.01, 30.0, 0.01),
     ]
 
 
 def very_large(values: Mapping[str, float]) -> Mapping[str, float]:
-    """Return the largest weight of Table 1 from the one before it: ``1 - (1 - large)^1.5``."""
+    """Return the largest weight of Table 1, which follows from the one before it."""
     large = values["aggregator.weight.large"]
-    return {"aggregator.weight.very_large": 1.0 - (1.0 - large) ** 1.5}
+    return {"aggregator.weight.very_large": homes.very_large(large)}
 
 
 def usual_bias_time(sensors: Characteristics) -> float:

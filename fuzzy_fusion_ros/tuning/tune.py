@@ -12,9 +12,9 @@ from fuzzy_fusion_ros.batch.arrays import Flags, Reals, root_mean_square
 from fuzzy_fusion_ros.batch.series import Series, fusion, run
 from fuzzy_fusion_ros.core.numerics import lag_gain
 from fuzzy_fusion_ros.parameters.fusion import Parameters
-from fuzzy_fusion_ros.parameters.group import flatten, replace
+from fuzzy_fusion_ros.parameters.group import allowed, flatten, replace
+from fuzzy_fusion_ros.self_tuning.homes import safety_net
 from fuzzy_fusion_ros.tuning import baselines, model_selection
-from fuzzy_fusion_ros.tuning.candidates import NO_DIFFERENCE
 from fuzzy_fusion_ros.tuning.characterise import (
     FEWEST_S1,
     TINY,
@@ -27,7 +27,6 @@ from fuzzy_fusion_ros.tuning.kernel import outputs
 from fuzzy_fusion_ros.tuning.model_selection import FittedCandidate
 from fuzzy_fusion_ros.tuning.reference import reference_without_truth
 from fuzzy_fusion_ros.tuning.search import Pool, Progress
-from fuzzy_fusion_ros.tuning.space import allowed
 
 NO_WORSE = 1.002
 """A step of the method is switched off if that increases the misfit by no more than this."""
@@ -40,9 +39,6 @@ SHORTENING_COSTS = 1.02
 
 UNSEEN = 1.5
 """Without a truth, errors are larger by this than what S2's innovations show."""
-
-FAR_BEYOND = (4.0, 8.0)
-"""A difference becomes large at these multiples of the largest innovation of the recording."""
 
 DIGITS = 4
 """Significant digits of fitted values."""
@@ -129,10 +125,10 @@ def tune(
             f"got {np.count_nonzero(counted)} samples of S1 within the span of the truth, expected "
             f"at least {FEWEST_S1}: check that their stamps overlap"
         )
-    base = before
+    base = replace(before, {"self_tuning": False})
     if before.s1.timeout > 0.0:  # else it is automatic
         patience = {"s1.timeout": max(before.s1.timeout, S1_PATIENCE * sensors.s1_interval)}
-        base = replace(before, allowed(Parameters, patience))
+        base = replace(base, allowed(Parameters, patience))
     with_truth = truth is not None
     problem = Problem(series, target, counted, base, with_truth)
     outputs(base, series)  # compiles it in this thread, so that the pool's threads do not wait
@@ -242,14 +238,7 @@ def with_safety_net(problem: Problem, parameters: Parameters) -> Parameters:
     known = np.abs(found[np.isfinite(found)][SETTLING:])
     if known.size == 0 or not known.max() > 0.0:
         return parameters
-    ends = zip(("small", "large"), FAR_BEYOND, NO_DIFFERENCE, strict=True)
-    return replace(
-        parameters,
-        {
-            f"aggregator.difference.{name}": min(factor * float(known.max()), never)
-            for name, factor, never in ends
-        },
-    )
+    return replace(parameters, safety_net(float(known.max())))
 
 
 def with_deviation(problem: Problem, parameters: Parameters, optimism: float) -> Parameters:

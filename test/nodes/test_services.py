@@ -1,10 +1,17 @@
-"""~/reset and ~/enable."""
+"""~/reset, ~/enable and ~/save_parameters."""
 
 from __future__ import annotations
 
+import math
+from pathlib import Path
+
+import pytest
 from nodes.watching import OK, Diagnostics, Log
 from std_srvs.srv import SetBool, Trigger
 
+from fuzzy_fusion_ros.parameters.file import parameters_from
+from fuzzy_fusion_ros.parameters.group import flatten
+from fuzzy_fusion_ros.self_tuning.choice import MEASURED
 from fuzzy_fusion_ros.testing import Feed, Harness
 
 
@@ -56,3 +63,49 @@ def test_enabled_twice_is_no_change_of_mode(
 def test_services_follow_the_nodes_name(harness: Harness) -> None:
     harness.fusion_node(arguments=("-r", "__node:=fuser", "-r", "__ns:=/robot"))
     assert harness.call(Trigger, "/robot/fuser/reset", Trigger.Request()).success
+
+
+def test_parameters_are_saved_as_given(
+    harness: Harness, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    node = harness.fusion_node({"gate.tolerance": 0.3})
+    response = harness.call(Trigger, "/fusion_node/save_parameters", Trigger.Request())
+    path = tmp_path / "fusion_node_saved.yaml"
+    assert (response.success, response.message) == (True, f"parameters written to {path}")
+    assert parameters_from(path) == node.parameters
+
+
+def test_no_file_is_overwritten(
+    harness: Harness, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "fusion_node_saved.yaml"
+    path.write_text("mine")
+    harness.fusion_node()
+    response = harness.call(Trigger, "/fusion_node/save_parameters", Trigger.Request())
+    assert not response.success
+    assert (
+        response.message == f"parameter file {str(path)!r}: exists: move it away, then save again"
+    )
+    assert path.read_text() == "mine"
+
+
+def test_measured_parameters_are_shown_and_saved_for_a_node_that_does_not_measure(
+    harness: Harness, diagnostics: Diagnostics, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    harness.fusion_node({"self_tuning": True})
+    feed = harness.feed()
+    for k in range(150):
+        feed(0.02 * k, s1=math.sin(0.1 * k), s2=math.sin(0.1 * k - 0.3) if k % 3 == 0 else None)
+    shown = diagnostics.next("fusion_node: self-tuning").values
+    assert set(shown) == set(MEASURED)
+    assert harness.call(Trigger, "/fusion_node/save_parameters", Trigger.Request()).success
+    saved = parameters_from(tmp_path / "fusion_node_saved.yaml")
+    assert not saved.self_tuning
+    assert saved.s2.noise > 0.0
+    values = flatten(saved)
+    assert {name: float(shown[name]) for name in MEASURED} == pytest.approx(
+        {name: values[name] for name in MEASURED}, rel=1e-3
+    )

@@ -13,12 +13,12 @@ from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters
 from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.batch.lag import Lag
 from fuzzy_fusion_ros.parameters.fusion import Parameters
-from fuzzy_fusion_ros.parameters.group import descriptors, replace
+from fuzzy_fusion_ros.parameters.group import allowed, descriptors, replace
 from fuzzy_fusion_ros.tuning.baselines import attempts
 from fuzzy_fusion_ros.tuning.candidates import candidates_for
 from fuzzy_fusion_ros.tuning.characterise import Characteristics
 from fuzzy_fusion_ros.tuning.fit import Problem
-from fuzzy_fusion_ros.tuning.space import Axis, Space, allowed, space_of, very_large
+from fuzzy_fusion_ros.tuning.space import Axis, Space, space_of, very_large
 from fuzzy_fusion_ros.tuning.tune import rounded
 
 MICROSECOND, HOUR = 1e-6, 3600.0
