@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # docker build -t fuzzy_fusion_ros . && docker run --rm -it fuzzy_fusion_ros fuzzy-fusion --help
 FROM ros:jazzy
 RUN apt-get update && apt-get install -y --no-install-recommends python3-venv && rm -rf /var/lib/apt/lists/*

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Every target sets up $(VENV) first, where that is due: see .ci/setup.
 PYTHON ?= python3
 VENV ?= .venv

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Usage, in a colcon workspace, with ROS 2 sourced: src/fuzzy_fusion_ros/install.sh [COLCON OPTIONS]
 # Installs what the package needs, and builds the workspace.
 #

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Builds and installs the package, under colcon and under pip."""
 
 from pathlib import Path

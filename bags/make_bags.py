@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Makes the recordings in this folder, and the table of them in README.md.
 
     python bags/make_bags.py [--car CSV]

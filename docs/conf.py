@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How Sphinx builds these pages: ``make site``, or rosdoc2."""
 
 import re

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Makes docs/api.md from the docstrings of the Python interface: ``make docs``.
 
 Instead of a generator of whole sites because this is one page, which readers meet on a forge.

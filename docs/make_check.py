@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Makes the table of docs/check.md: how often a check names what is wrong, over made-up sensors.
 
 PYTHONPATH=test python docs/make_check.py

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Makes the table of docs/known_limitations.md: made-up recordings of what goes wrong.
 
     python docs/make_limitations.py

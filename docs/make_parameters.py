@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fills the parameter tables of docs/fusion_node.md from their one definition."""
 
 from __future__ import annotations

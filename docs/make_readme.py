@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fills the README's tables and pictures with what the commands print: ``make docs``."""
 
 from __future__ import annotations

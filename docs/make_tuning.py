@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Makes the pictures and the table of docs/tuning.md: the commands that it shows, on a real drive.
 
 python docs/make_tuning.py

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pictures small enough for a repository."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fuses two numpy arrays: a fast, biased and noisy sensor with a slow, late and accurate one.
 
 python examples/fuse_arrays.py

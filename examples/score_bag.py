@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Replays a recording with tuned parameters, scores the estimates and plots them.
 
     python examples/score_bag.py bags/car_accel bags/car_accel.yaml car_accel.png 300

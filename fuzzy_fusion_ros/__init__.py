@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fuzzy fusion of a fast, inaccurate sensor with an accurate, slow one.
 
 The names below are the Python interface, together with :mod:`fuzzy_fusion_ros.testing`; everything

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Starts a fusion_node; include it once per pair of sensors, each in a namespace of its own.
 
 ros2 launch fuzzy_fusion_ros fusion.launch.py params_file:=$PWD/tuned.yaml s1:=/imu s2:=/gnss

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Builds with colcon in a workspace of the test's own, and takes the environment that it makes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What all tests share: settings, and a ROS graph with what nodes say in it."""
 
 from __future__ import annotations

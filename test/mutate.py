@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Changes one operator, number or statement at a time and says which changes no test notices.
 
     make mutants ARGS="core online --sample 50"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The faults of test/faults in their full form, as a table.
 
     make soak ARGS="kills links --scale 0.1"

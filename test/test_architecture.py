@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Who may import whom, and that importing does nothing: the arrows of the code base."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The recordings in bags/ are what their README says, and what their script makes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The benchmarks run. What they measure is no matter of tests."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Docstrings are there, and name what is there."""
 
 from __future__ import annotations

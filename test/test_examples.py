@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The programs in examples/ run as they stand; those that are tests are collected as such."""
 
 from __future__ import annotations

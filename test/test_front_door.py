@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the package offers to Python programs."""
 
 from __future__ import annotations

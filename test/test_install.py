@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """install.sh: a workspace on a system whose Python belongs to its package manager."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What always holds (contract § 6): live, replayed and simulated runs are one, and finite."""
 
 from __future__ import annotations

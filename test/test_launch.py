@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The launch files: both say the same, and what they start works."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What colcon and pip make of the package, and whether its metadata agree."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a visitor of the repository meets: workflows, forms, the action; they name what is there."""
 
 from __future__ import annotations
@@ -104,3 +105,11 @@ def test_the_action_fails_where_a_filter_has_become_worse(tmp_path: Path) -> Non
     done = run_action(tmp_path, **given)
     assert done.returncode == 1, done.stderr
     assert run_action(tmp_path, **given, tolerance="20").returncode == 0
+
+
+def test_every_source_file_names_its_licence() -> None:
+    named = "# SPDX-License-Identifier: Apache-2.0"
+    folders = ("fuzzy_fusion_ros", "test", "docs", "examples", "bags", "launch", "config")
+    sources = [path for folder in folders for path in (ROOT / folder).rglob("*.py")]
+    without = [path for path in sources if path.read_text().splitlines()[:1] != [named]]
+    assert without == [], f"their first line is to be: {named}"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The documentation as a website: it builds without a warning, and every page can be reached."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The layouts and models in config/: they are whole, and what they show is there to be seen."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Tests a parameter file on real DDS: copy this folder, change file and signal, run pytest."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bags: read whole or damaged ones, write new ones. The only user of rosbags and mcap.
 
 Importing it loads neither of them: its names are looked up when they are first used.

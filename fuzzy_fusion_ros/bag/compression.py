@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Decompression within bounds: a few kilobytes can claim to be, or become, gigabytes."""
 
 from __future__ import annotations

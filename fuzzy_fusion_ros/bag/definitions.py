@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Parses definitions of message types, within bounds that no definition of a recorder exceeds.
 
 The parsers are rosbags'. They take exponential time for some texts (parentheses in a constant of

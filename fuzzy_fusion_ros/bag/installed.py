@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Definitions of message types from installed ``.msg`` and ``.idl`` files."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The ``metadata.yaml`` of a rosbag2 directory, and the QoS profiles of its topics.
 
 Read here instead of by rosbags because a bag whose metadata are missing or wrong is read all the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Reads bags: rosbag2 directories and bare storage files, whole or damaged."""
 
 from __future__ import annotations

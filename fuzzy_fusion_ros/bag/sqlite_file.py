@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Reads the messages of one sqlite3 file of rosbag2 in the order of their log times.
 
 Instead of rosbags' reader because that leaves out what a killed recorder left in the write-ahead

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Finds and opens the storage files of a bag."""
 
 from __future__ import annotations

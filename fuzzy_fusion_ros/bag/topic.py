@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a bag holds: topics, their definitions, and messages."""
 
 from __future__ import annotations

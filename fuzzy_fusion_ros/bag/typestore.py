@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Message types of a bag: what fields they have, and how they are defined."""
 
 from __future__ import annotations

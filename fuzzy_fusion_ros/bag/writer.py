@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Writes rosbag2 directories."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The filters that a user would pick instead, each a ``Method`` of ``batch.series``.
 
 Pure functions over named tuples, like ``core``, so that replay, score and the closed loop run

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Estimates of the baselines: a value without rules that explain it."""
 
 from __future__ import annotations

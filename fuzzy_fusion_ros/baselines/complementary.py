@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """First-order complementary filter: S1 for fast changes, S2 for slow ones.
 
 ``x = h + l`` with the high-pass ``h_k = a (h_{k-1} + S1_k - S1_{k-1})``, ``a = exp(-dt / T)``

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """S1 and the held S2 in constant shares: either alone, their average, or any weight."""
 
 from __future__ import annotations

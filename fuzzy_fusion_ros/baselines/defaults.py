@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Parameters of the baselines as one would set them by hand after looking at the recording."""
 
 from __future__ import annotations

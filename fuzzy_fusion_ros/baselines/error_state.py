@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Error-state filter: S1 propagates the signal, a Kalman filter learns S1's bias.
 
 S1, low-passed with a trend, is the signal plus the bias. The bias is measured by what S2 would read

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Kalman filter over two random walks: the signal and, where it is a state, S1's bias.
 
 S2 measures the signal, S1 the signal plus its bias; no lag is modelled. Each sample is one scalar

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Kalman filter that models S2's lag, robust against outliers of either sensor.
 
 States: the signal ``s``, its velocity ``v``, S1's bias ``b``, and two first-order lags in a row

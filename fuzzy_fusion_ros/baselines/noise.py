@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Noise as the robust filters model it: more of it in motion, and tails as Student's t has them."""
 
 from __future__ import annotations

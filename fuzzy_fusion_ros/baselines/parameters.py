@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Parameters of the baselines: one definition for YAML, fit and Python, as for the fusion."""
 
 from __future__ import annotations

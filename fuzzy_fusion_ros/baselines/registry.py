@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every baseline by name: how to make it, and what a fit may move."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Kalman filter over a value with a slope, robust against outliers.
 
 The value ``x`` is a random walk along the slope ``c``, which is a Gauss-Markov process.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Types of arrays over a recording, and the statistics of them that several rooms need."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """S1 cleaned with hindsight: its spikes replaced, its noise removed without delay."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The same functions, compiled: for sweeps, fits and replays that take millions of steps.
 
 One implementation of each equation serves all; numba, where it is installed, only runs it

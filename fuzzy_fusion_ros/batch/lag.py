@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How S2 lags behind S1: a delay, then a first-order lag.
 
 Instead of the peak of a cross-correlation, which knows one shift only and misses S2's lag by 0.50 s

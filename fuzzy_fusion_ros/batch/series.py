@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A whole recording at once: the estimator's steps over arrays, compiled where possible."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Filters over whole series with uneven stamps."""
 
 from __future__ import annotations

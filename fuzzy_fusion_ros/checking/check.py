@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The check of two sensors: what they are like, and what is wrong with them."""
 
 from __future__ import annotations

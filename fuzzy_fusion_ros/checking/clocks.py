@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whether the clocks that stamp two sensors agree: stamps against arrivals, and against motion."""
 
 from __future__ import annotations

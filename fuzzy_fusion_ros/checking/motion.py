@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The motion of a sensor, as it is compared with the other's."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is wrong between two sensors: sign, scale, rate for value, exchanged, stuck, unrelated."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The check of sensors whose samples keep coming: of the most recent ones, in bounded memory."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What two sensors are to each other: sign, scale, lag, or one the rate of the other.
 
 Each way in which S2 may follow from S1 is a hypothesis: S1 through a lag, negated or not, or its

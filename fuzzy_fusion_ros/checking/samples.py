@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The samples of two sensors as they came, before anything is dropped."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which of many numbers move together: a coarse look at all pairs, then a close one at the best."""
 
 from __future__ import annotations

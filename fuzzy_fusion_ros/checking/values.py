@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is wrong with the numbers of one sensor: not finite, spikes, an angle that wraps."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The executables: each file parses the arguments, calls one function and returns the status."""
 
 COMMANDS = {

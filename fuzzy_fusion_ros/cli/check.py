@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Checks the two sensors of a recording, before any filter: what they are like, what is wrong.
 
 It looks at rates, gaps, stamps against arrival, clocks that are apart, lag, noise, sign, scale

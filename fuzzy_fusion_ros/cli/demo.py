@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Scores a real drive, balances a pendulum over DDS, replays it bit for bit and scores it.
 
 pendulum_node and fusion_node run in processes of their own and close the loop in lockstep. Their

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Says why the estimate at a time in a bag is what it is, and which parameter would change it.
 
 The fusion runs from the bag's first message on, with --params; an estimate in the bag is not

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Commands that take several bags: their options, and what becomes of a bag that fails."""
 
 from __future__ import annotations

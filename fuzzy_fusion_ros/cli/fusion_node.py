@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fuses a fast, inaccurate sensor with an accurate, slow one, online."""
 
 from __future__ import annotations

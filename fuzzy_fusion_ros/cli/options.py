@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The options that mean the same in every command."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Simulates an inverted pendulum with two sensors and balances it on their fused estimate."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fuses a fast, inaccurate sensor with an accurate, slow one: live on topics, offline on bags."""
 
 from __future__ import annotations

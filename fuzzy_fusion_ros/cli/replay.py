@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs a bag through the fusion into a new bag or, with --live, plays it onto its topics.
 
 The new bag holds the messages of the old one, bytes unchanged, without an old estimate; after each

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Reproduces the paper: Figures 6 to 23 and its claims, with the numbers behind them.
 
 A claim holds if its whole 95 % interval is on its side of the bound, over all seeds and at every

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What ros2cli loads for ``ros2 fusion``."""
 
 from __future__ import annotations

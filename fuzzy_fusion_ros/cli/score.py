@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Scores the estimate in a bag, S1, S2 and every baseline against the truth.
 
 The truth is interpolated linearly at the header stamps of the estimates, never extrapolated, and

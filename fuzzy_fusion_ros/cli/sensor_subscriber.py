@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Extracts one number from messages of any type, drops invalid ones and republishes the rest."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Exit statuses, and the one place where an error becomes one."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fits the parameters to a recording, with or without a truth, and writes them for fusion_node.
 
 It prints what the sensors are like, fits candidates from either sensor alone to the whole fusion,

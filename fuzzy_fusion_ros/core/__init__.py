@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The method: no ROS, no files, no clock, no global random state.
 
 Read in the paper's order: ``membership``, ``aggregator``, ``predictor``, ``gate``, ``estimator``;

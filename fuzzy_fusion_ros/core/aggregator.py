@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The fuzzy aggregator (FA): weight and drift from ``|S1 - S2|`` and ``|dS2/dt|``, method § 2."""
 
 from __future__ import annotations

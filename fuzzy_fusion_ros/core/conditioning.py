@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Conditioning of S1 on its own: our extension, off by default (contract § 7).
 
 Two steps, each switched off by a parameter of 0: spikes are left out, and the rest goes through

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Covariance of what the observer believes, and the Kalman filter's two steps on it.
 
 The states are S1's bias ``c``, its slope ``b``, and ``m1``, ``m2``: the bias as it shows behind

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A short memory of a signal, to read it as it was a moment ago."""
 
 from __future__ import annotations

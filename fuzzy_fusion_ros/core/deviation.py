@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How sure the estimate is: the rule base's third conclusion, its standard deviation.
 
 The observer's covariance, in which Table 1 says how far S2 was believed, tells the shape: it grows

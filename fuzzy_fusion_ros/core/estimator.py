@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The estimator: condition, aggregate or observe, gate, predict; the paper's Figs 1 and 5.
 
 ``observe_s2`` takes every sample of S2, ``update`` every sample of S1 that is to give an

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Membership functions of the aggregator's inputs."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Small numerics that every step shares: intervals of time, bounds, the exact first-order lag."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The observer: Table 1 on the innovation of S2, seen through S2's lag. Our extension.
 
 The paper blends S1 with S2 as it comes, and S2 comes late. Here what we believe of the signal,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Angles and other signals that repeat: the value a whole number of turns away that is nearest."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The fuzzy predictor (FP), eqs. (2)-(13): trained online by gradient descent, method § 3.
 
 Inputs and output are taken relative to the newest estimate, so the rules do not depend on where

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How long a sensor may be silent: its interval, followed, and the timeout that it leads to."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Checks the sensors of a bag, and finds which of its numbers move together."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The demo: a real drive scored; the pendulum balanced over DDS, recorded, replayed and scored.
 
 pendulum_node and fusion_node run in processes of their own and close the loop in lockstep. Their

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Many tasks that do not depend on one another: here, in processes, or on a Dask cluster.
 
 A task that fails with an error of the user's is no reason to lose the others: it has a

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fuses two arrays, sample by sample as a node would."""
 
 from __future__ import annotations

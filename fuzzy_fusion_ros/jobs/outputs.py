@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files that a job writes: whether it can, and what to say if it cannot."""
 
 from __future__ import annotations

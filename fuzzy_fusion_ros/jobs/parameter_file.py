@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The parameter file that ``tune`` writes: the fusion's parameters, and beside them the baselines'.
 
 Nodes read the former, ``score`` reads both.

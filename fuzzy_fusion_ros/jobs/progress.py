@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How a job shows its progress: not at all, unless its caller passes something that does."""
 
 from __future__ import annotations

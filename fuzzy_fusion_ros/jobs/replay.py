@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Replays a bag: into a new bag, or onto topics."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Reproduces the paper: runs, tables, figures, claims."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Scores a bag: the estimate, both sensors and every baseline against the truth."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fits the fusion's parameters, and those of the baselines, to a bag."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Messages and samples: serialised messages alone, so that node and bag are served alike."""
 
 from fuzzy_fusion_ros.core.sample import Sample

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Serialised messages: CDR, as ROS 2 writes it.
 
 Instead of rclpy's and rosbags' serialisation because stamp and number are replaced in a message

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A message becomes a sample, and a sample becomes a message, in nodes and bags.
 
 Instead of deserialising with rclpy or rosbags: see :mod:`fuzzy_fusion_ros.messages.cdr`.

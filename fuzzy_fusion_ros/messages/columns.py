@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The numbers of many messages of one type, as arrays.
 
 Messages in which all texts and arrays are as long have every number in the same place, and most

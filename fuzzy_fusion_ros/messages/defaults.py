@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Serialised messages with nothing in them yet."""
 
 from __future__ import annotations

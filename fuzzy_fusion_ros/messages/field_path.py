@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A path to one number in a message, such as ``point.x``, or a function of paths: ``norm(v)``."""
 
 from __future__ import annotations

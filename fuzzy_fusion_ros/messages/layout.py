@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where fields are in serialised messages.
 
 Instead of deserialising with rclpy or rosbags: see :mod:`fuzzy_fusion_ros.messages.cdr`.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The messages that come out: the estimate, and what stands behind it, serialised."""
 
 from __future__ import annotations

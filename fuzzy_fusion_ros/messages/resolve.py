@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Checks a field path against a message type, before the first message comes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a message type consists of, whoever describes it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where messages say how sure a number is, and how they say that it is not known."""
 
 from __future__ import annotations

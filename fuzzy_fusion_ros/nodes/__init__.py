@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The nodes: messages in, one call of the core, messages out. Together with testing, all of rclpy.
 
 Each node is a class that takes rclpy's node options (``context``, ``parameter_overrides``,

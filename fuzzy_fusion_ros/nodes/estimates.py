@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Publishes estimates, and what stands behind them as far as someone listens."""
 
 from __future__ import annotations

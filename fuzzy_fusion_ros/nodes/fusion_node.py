@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The fusion as a node: two sensors in, the estimate and its explanation out."""
 
 from __future__ import annotations

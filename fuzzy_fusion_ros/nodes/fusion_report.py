@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The mode of the fusion, watched and reported."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The mode of the fusion: which sensors its estimates stand on."""
 
 from __future__ import annotations

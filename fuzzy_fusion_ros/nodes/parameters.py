@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Parameters of the nodes that are no parameters of the fusion."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The benchmark as a node: plant, sensors and controller, balanced on what comes back."""
 
 from __future__ import annotations

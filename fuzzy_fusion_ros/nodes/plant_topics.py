@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The topics of the simulated plant and its sensors."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Plays recorded messages onto topics, bytes unchanged, with /clock."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which rules lead, and how far the membership functions and the gate are used."""
 
 from __future__ import annotations

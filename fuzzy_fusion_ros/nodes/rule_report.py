@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is said about the rules and the gate: which lead, and which are never of use."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a node finds wrong with its sensors, in the words of ``check``."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One sensor as a node sees it: any message type in, dated samples out."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One sensor of any message type, republished as a stamped scalar."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Why a topic may be silent: what else is in the graph."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A run of the benchmark that waits after each sample for what the controller is to act on."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The fusion on the messages of a bag, in the order in which they were recorded."""
 
 from __future__ import annotations

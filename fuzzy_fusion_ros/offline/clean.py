@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Clean recordings as arrays: what :func:`read_recording` gives, without a step for each message.
 
 Instead of the guards and the trigger because these take most of the time of reading, and in most

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Why the estimate at a time in a bag is what it is."""
 
 from __future__ import annotations

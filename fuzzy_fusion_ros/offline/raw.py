@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The samples of topics as arrays, as they were recorded: nothing is dropped or put in order."""
 
 from __future__ import annotations

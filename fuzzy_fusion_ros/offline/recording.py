@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A recording in memory: what the fusion takes from a bag, and what to compare it with."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Replay: a bag through the same fusion as in the node, into a new bag.
 
 Reads straight through: messages in log order, samples, ``Fusion``, messages.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which topic plays which role, and where its number is."""
 
 from __future__ import annotations

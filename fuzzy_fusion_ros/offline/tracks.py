@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The samples of a topic as arrays, and what watches the messages that they are read from."""
 
 from __future__ import annotations

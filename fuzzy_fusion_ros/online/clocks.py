@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whether the sensors' clocks agree, judged by when samples arrive and what their stamps say."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Continuous lines in front of the fusion: angles are unwrapped, rates are integrated.
 
 Everything behind works on numbers of any size, so it needs to know of neither. It depends on the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The share of time that the fusion spends in each mode."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The ticks of the timer trigger on a bag's log clock."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The timeline that the sensors of a node share: what is on it, and when a new one starts.
 
 A stamp before the newest of its sensor is either late or the first of a new timeline: a looped

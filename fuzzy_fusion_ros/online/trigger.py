@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Triggers: which samples make a step of the estimator, and when.
 
 Each takes admitted samples and answers with the step that is due now: a sample of S2 to observe,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What becomes of a sample: admitted or dropped, the steps that it makes due, the estimates."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Values checked against bounds: the paper's claims and our own targets."""
 
 from __future__ import annotations

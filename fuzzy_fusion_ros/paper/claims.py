@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The paper's claims, each with the number that decides it (paper § 4).
 
 A claim holds when the whole 95 % interval lies on its side of the bound and, where it is about a

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Claims and targets as a table and as JSON."""
 
 from __future__ import annotations

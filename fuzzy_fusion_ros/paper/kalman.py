@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A Kalman filter that knows the benchmark's plant and sensors: what a model is worth.
 
 An extended Kalman filter over angle, angular rate, the lagged angle inside S2, and S1's bias. It

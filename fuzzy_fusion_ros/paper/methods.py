@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The methods that the benchmark compares: the paper's and two others (method § 6)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Outcomes of the sweeps by method and point, and confidence intervals over the seeds."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The sweeps of Figs 18-23: every method at every point, over the same seeds (method § 6)."""
 
 from __future__ import annotations

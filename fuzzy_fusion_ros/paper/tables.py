@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the paper's Figs 6-23 show, as columns of numbers."""
 
 from __future__ import annotations

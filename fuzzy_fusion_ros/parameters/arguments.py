@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The parser of every command line, of nodes and offline programs alike."""
 
 from __future__ import annotations

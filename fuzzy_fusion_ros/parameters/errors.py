@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a user can get wrong: one small family of errors, each a single clear line.
 
 Every message says what came, what was expected and what to do. The command line turns any

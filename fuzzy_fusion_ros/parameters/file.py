@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """ROS parameter files, read as ROS reads them but without ROS, and written.
 
 A node gets its files from rclpy; the tools that work offline read the same files here. Scalars

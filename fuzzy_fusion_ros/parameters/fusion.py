@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every parameter of the fusion: one definition for node, YAML, command line, docs and Python.
 
 Defaults of the aggregator, the predictor and the gate are fitted to the benchmark of the docs

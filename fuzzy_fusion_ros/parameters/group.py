@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Machinery under the parameters: described, checked, immutable, and one flat map away.
 
 A group of parameters is a frozen dataclass derived from :class:`Group`; its fields are made with

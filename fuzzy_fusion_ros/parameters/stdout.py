@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Writes results to stdout; what cannot be written is an error, not lost."""
 
 from __future__ import annotations

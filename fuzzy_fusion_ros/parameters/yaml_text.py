@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """YAML that anybody may have written: checked before it is read into memory.
 
 A hundred bytes of it can recurse for ever, or stand for terabytes.

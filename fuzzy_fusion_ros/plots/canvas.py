@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The layout of the paper's figures: panels, a title, and the legend below them."""
 
 from __future__ import annotations

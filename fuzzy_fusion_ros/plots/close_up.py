@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which stretch of a recording is worth a closer look."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """All figures, reduced, on one sheet."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Colours and names of what figures and reports show: one colour per method, everywhere.
 
 The colours are those of Okabe and Ito, which colour-blind readers can tell apart, and a few

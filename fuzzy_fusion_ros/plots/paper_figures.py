@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The paper's Figs 6-23, drawn from their tables."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The paper's Figs 18-23: IAE and ITAE of each method over the sweeps."""
 
 from __future__ import annotations

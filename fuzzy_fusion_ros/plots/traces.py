@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What ``score --plot`` draws: traces, a close-up, errors, and the weight and drift behind them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What ``tune --plot`` draws: fuzzy sets, control surfaces, and traces before and after."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The charts of both pages: the signal, its errors, and the rules behind the estimate."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The page: a document of tables, charts and arrays, put into a template that draws it.
 
 Charts are drawn by uPlot (uplot/, MIT), which is part of the page: a page needs no network.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The rule base as a page shows it: fuzzy sets, control surfaces, Table 1."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The page of ``score --report``."""
 
 from __future__ import annotations

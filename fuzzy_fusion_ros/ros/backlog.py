@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sheds messages that keep coming faster than they are worked off."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A node's clocks: the one of stamps, and one for ages and periods that never jumps."""
 
 from __future__ import annotations

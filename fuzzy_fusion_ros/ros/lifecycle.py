@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The states of a managed node, https://design.ros2.org/articles/node_lifecycle.html."""
 
 from __future__ import annotations

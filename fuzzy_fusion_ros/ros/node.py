@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What our nodes have in common: parameters held by one checked dataclass, and an end."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The other end of the loop: whether it is there, so that no first message is lost."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs one node as a process: start-up, spinning, and an end in good order."""
 
 from __future__ import annotations

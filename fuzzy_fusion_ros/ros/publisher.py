@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A topic that a node publishes and, if it records, records."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Quality of service: the profiles of our topics, and what is said when peers ask for others."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Counts the messages that a subscription never received."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Spins one node in a context of its own."""
 
 from __future__ import annotations

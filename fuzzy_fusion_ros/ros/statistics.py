@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is measured while a node runs, for its diagnostics."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A subscription to serialised messages: bounded under overload, and every loss counted."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Series at the stamps of other series."""
 
 from __future__ import annotations

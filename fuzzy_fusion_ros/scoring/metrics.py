@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What an estimate is scored by: each a function with a name and a unit.
 
 All take errors (estimate minus truth) and their times. Statistics with an unqualified name are

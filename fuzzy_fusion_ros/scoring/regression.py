@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Scores against those of an earlier run, for a user's own continuous integration."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Scores as tables in plain text."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The scores of an estimate, of both sensors and of every baseline, at the same stamps."""
 
 from __future__ import annotations

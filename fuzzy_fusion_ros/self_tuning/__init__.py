@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Parameters measured while the fusion runs, for users who have not tuned."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Allan's statistic of a running series: how much means over longer and longer times differ.
 
 Differences of successive means over 1, 2, 4, ... samples. White noise averages out, so its

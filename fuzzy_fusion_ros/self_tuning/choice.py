@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From what has been measured to the parameters."""
 
 from __future__ import annotations

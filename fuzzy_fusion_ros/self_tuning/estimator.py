@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The estimator with parameters that it measures itself: the same steps, and what they need.
 
 Instead of numpy over a window of samples because it has to keep up with the sensors sample by

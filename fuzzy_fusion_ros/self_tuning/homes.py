@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a parameter usually is, given what the sensors are like: where ``tune`` starts from."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """S1 through many models of S2 at a time: the one that shows what S2 shows has its lag."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What running statistics say of the sensors: bounded in memory, of the samples alone."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """S1's spikes: how far samples are from the median around them, and how many are far off."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The benchmark: an inverted pendulum, balanced on an estimate of its angle (method § 6).
 
 Pure functions over named tuples, like ``core``; the source of randomness is an argument.

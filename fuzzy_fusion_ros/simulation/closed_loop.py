@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The closed loop: plant, sensors, an estimate, the controller (method § 6).
 
 ``sense`` and ``act`` are the two halves of a sample. The estimate is made between them: by a node,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The controller: proportional-derivative with a filtered derivative and a limit (method § 6)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The plant: an inverted pendulum on a cart, cart position not fed back (method § 6)."""
 
 from __future__ import annotations

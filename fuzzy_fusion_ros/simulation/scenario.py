@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The numbers of the benchmark, pinned so that results compare across versions (method § 6)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The sensors: S1 wideband and inaccurate, S2 accurate and slow (method § 6)."""
 
 from __future__ import annotations

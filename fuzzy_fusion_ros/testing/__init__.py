@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Test nodes without launch files, in an isolated ROS graph.
 
 To test a parameter file of yours, start from this:

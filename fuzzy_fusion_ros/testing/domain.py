@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Claims a DDS domain that no other test on this machine is using, and has processes join it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Feeds a fusion node sample by sample and returns its estimates, in lockstep."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A ROS graph of its own: context, domain, executor, and one node to talk to the others with."""
 
 from __future__ import annotations

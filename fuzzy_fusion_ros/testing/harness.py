@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Nodes of this package in a ROS graph of their own, in this process or as child processes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The fixtures that pytest finds wherever this package is installed."""
 
 from __future__ import annotations

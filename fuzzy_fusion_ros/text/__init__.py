@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
 """Plain text for terminals and for the comments of files."""

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Tables in plain text that fit a terminal, for every command that prints one.
 
 Instead of tabulate because that neither splits nor wraps a table that is too wide, which is most

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Text from outside, such as names of topics and files, made safe to show."""
 
 from __future__ import annotations

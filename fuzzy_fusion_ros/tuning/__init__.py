@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fitting parameters to a recording.
 
 Read in the order of ``tune``: ``characterise`` the sensors, take the truth or make a

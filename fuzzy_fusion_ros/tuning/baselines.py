@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fits the baselines by the same optimiser, to the same target, as the fusion."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The structures that ``tune`` chooses from, the simplest first: what a fit of each moves."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the sensors of a recording are like: rates, noise, spikes, lag and bias."""
 
 from __future__ import annotations

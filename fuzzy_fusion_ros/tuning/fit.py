@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fitting parameters to a target: a short search from several starts, a long one from the best."""
 
 from __future__ import annotations

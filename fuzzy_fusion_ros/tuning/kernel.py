@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The estimator without its predictor over a whole series.
 
 Instead of ``batch.series.run`` because a fit takes thousands of runs and needs the estimates only,

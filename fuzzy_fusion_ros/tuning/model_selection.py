@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Cross-validation of the candidates, as a guard against over-fitting.
 
 Chosen is the whole fusion unless something simpler does clearly better on blocks of the recording

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A reference to fit to where there is no truth: the recording smoothed with hindsight.
 
 A smoother, which may look ahead, knows more than any filter: S1 without its noise, removed in

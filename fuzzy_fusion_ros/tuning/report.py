@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Results of tuning: in words, as comments of the parameter file, and as JSON."""
 
 from __future__ import annotations

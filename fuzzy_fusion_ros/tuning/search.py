@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The optimisers of scipy, started around a point, many runs in parallel.
 
 Differential evolution copes with any cost. Where the cost is the root mean square of residuals that

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Parameters as points of the unit cube in which the optimiser moves."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Tuning: characterise the sensors, choose a target, cross-validate candidates, fit baselines."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bags as tests want them, by our writer and by the libraries that others use."""
 
 from __future__ import annotations

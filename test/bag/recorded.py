@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bags of stamped scalars, as the tests of replay and score want them."""
 
 from __future__ import annotations

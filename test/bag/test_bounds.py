@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is read of a bag is bounded: values at the bounds."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Damaged bags: what is whole is read, what is not is told, and nothing else happens."""
 
 from __future__ import annotations

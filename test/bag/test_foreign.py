@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bags of other kinds than ours: read where they can be, else what they are is named."""
 
 from __future__ import annotations

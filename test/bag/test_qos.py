@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Offered QoS profiles, as bags of all versions hold them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whole bags, of our own writer and of others', are read in order and by spans."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Message types: what a bag says of them, what Jazzy does, and what is installed."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """New bags: what rosbag2 expects, whole after kills and interrupts, equal bytes for equal input."""
 
 from __future__ import annotations

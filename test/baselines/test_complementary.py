@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The complementary filter, against its transfer functions and the benchmark."""
 
 from __future__ import annotations

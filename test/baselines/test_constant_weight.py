@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """S1 and S2 in constant shares."""
 
 from __future__ import annotations

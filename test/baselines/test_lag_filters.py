@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The filters that model S2's lag: against matrices, and for what they are meant for."""
 
 from __future__ import annotations

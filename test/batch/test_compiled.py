@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The compiler: with numba and without."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """S2's lag behind S1 is found, whatever its shape, and chance is told from a relation."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A whole series at once: bit for bit what stepping gives, compiled or not."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The one-pass smoother is the weighted mean, or line, that its docstring tells."""
 
 from __future__ import annotations

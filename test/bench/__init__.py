@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
 """Benchmarks: what this package costs, beside what it is measured against. ``make bench``."""

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs the benchmarks and prints their table: python -m bench [--only NAME ...]."""
 
 from __future__ import annotations

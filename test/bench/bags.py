@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Our parts for bags and messages against the libraries that they stand in for."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Large bags to replay: what pendulum_node records, without the estimate, at 100 Hz."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sends samples to one process under measurement, and takes what it gives back."""
 
 from __future__ import annotations

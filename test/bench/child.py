@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A process under measurement."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How much is run: enough for numbers to report, or just enough to see that it runs."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One update of the estimator, against a Kalman filter and other engines for the same rules."""
 
 from __future__ import annotations

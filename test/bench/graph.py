@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A ROS graph of its own to measure in: loopback, and a domain that nobody else uses."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The closed loop in lockstep over DDS, against a bare ping-pong of the same messages.
 
 Both ends are processes: here the plant, or the ping; in a child fusion_node, or the relay.

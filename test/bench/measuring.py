@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Measurements side by side: machines are shared and noisy, so only ratios in one run count."""
 
 from __future__ import annotations

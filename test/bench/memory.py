@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Memory of an offline replay over the length of the bag."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Table 1 in the words of other libraries, at this package's default parameters."""
 
 from __future__ import annotations

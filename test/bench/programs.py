@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """reproduce and tune: how long they take, how that grows, and whether both cores work."""
 
 from __future__ import annotations

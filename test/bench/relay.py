@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The bare relay: subscribes, publishes, nothing else. What any node in Python must pay.
 
     python -m bench.relay EXECUTOR PROFILE [ROS arguments]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Replays a bag and prints its peak memory: python -m bench.replay_once BAG OUTPUT."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Offline replay against rosbags' own loop that reads and decodes."""
 
 from __future__ import annotations

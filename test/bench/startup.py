@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From exec to the first estimate, against the bare relay; also with nothing compiled yet."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """fusion_node against the bare relay: CPU and latency per sample, and where it saturates.
 
 All processes run from beginning to end; one at a time gets samples, in turn.

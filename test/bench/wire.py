@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Serialised samples, made and read without rclpy's conversions: the meter is to cost little."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sensors for tests, sample by sample."""
 
 from __future__ import annotations

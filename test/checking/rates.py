@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How often a check names what is wrong with made-up sensors, and how often it is wrong itself."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Made-up pairs of sensors of many kinds, as they should be or with one fault each."""
 
 from __future__ import annotations

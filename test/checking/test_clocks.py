@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Clocks that are apart, told from messages that are late."""
 
 from __future__ import annotations

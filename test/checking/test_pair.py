@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is wrong between two sensors, and the parameter that mends it."""
 
 from __future__ import annotations

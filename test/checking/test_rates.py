@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How often a check is right, over made-up sensors of many kinds; docs/check.md has more seeds."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The check of the most recent samples."""
 
 from __future__ import annotations

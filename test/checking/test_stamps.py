@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Stamps of one sensor: unusable, odd, of two clocks, of a clock that steps."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which of many fields move together."""
 
 from __future__ import annotations

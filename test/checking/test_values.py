@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Values of one sensor: not finite, wrapping, with spikes."""
 
 from __future__ import annotations

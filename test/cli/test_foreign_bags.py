@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bags of other kinds through the commands: read, or refused with status 2 and one line."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What --help costs and says."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """fuzzy-fusion, and what ros2cli makes of it: verbs, help and completion."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What replay, score and tune say of the sensors of a bag, in the words of check."""
 
 from __future__ import annotations

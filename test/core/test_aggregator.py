@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The fuzzy aggregator against its reference and its invariants."""
 
 from __future__ import annotations

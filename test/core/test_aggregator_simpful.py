@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The fuzzy aggregator against an engine of others: Takagi-Sugeno inference of simpful."""
 
 from __future__ import annotations

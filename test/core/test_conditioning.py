@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """S1 on its own: spikes and low-pass."""
 
 from __future__ import annotations

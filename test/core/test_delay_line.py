@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A signal's recent past."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How sure the estimate is said to be."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The estimator: the order of its steps, its modes, and gaps."""
 
 from __future__ import annotations

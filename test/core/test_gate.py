@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The validity gate: Fig. 5, method § 4."""
 
 from __future__ import annotations

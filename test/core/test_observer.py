@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The observer: what it believes of S1's bias, and how far it believes S2."""
 
 from __future__ import annotations

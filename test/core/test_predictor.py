@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The fuzzy predictor: what it predicts, and when it rather says nothing."""
 
 from __future__ import annotations

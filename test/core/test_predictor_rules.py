@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The rules of the predictor: inference, its gradients, and training on them."""
 
 from __future__ import annotations

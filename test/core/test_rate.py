@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """S2 held, and its rate: method § 1."""
 
 from __future__ import annotations

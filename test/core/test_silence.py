@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The interval of a sensor, followed, and the automatic timeout."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Time, bounds, lags and errors."""
 
 from __future__ import annotations

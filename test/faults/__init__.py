@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
 """Faults on purpose: what must never happen, tried until it would."""

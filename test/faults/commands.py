@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A command's main, run in this process, its manners watched."""
 
 from __future__ import annotations

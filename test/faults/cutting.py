@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A cable between two hosts that is cut and reconnected."""
 
 from __future__ import annotations

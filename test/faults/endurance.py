@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Long runs with faults: what is held stays flat, what comes out stays right."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A stream through the core's fusion, each estimate watched as it comes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fuzzing, case by case: the tests run a few hundred of each kind, the soak all."""
 
 from __future__ import annotations

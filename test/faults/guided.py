@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Coverage-guided fuzzing of the bag reader: what leads to code not seen yet is mutated further."""
 
 from __future__ import annotations

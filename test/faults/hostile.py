@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files that are made to exhaust memory or time, to run what they say, or to talk to a terminal."""
 
 from __future__ import annotations

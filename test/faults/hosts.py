@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Two hosts on one machine: network namespaces, joined by a cable that can be cut. Root only."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The fault injector: pure functions from a stream to a stream and to what it must lead to."""
 
 from __future__ import annotations

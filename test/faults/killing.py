@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Recorders that are killed: SIGKILL at random moments, and what the bag holds then."""
 
 from __future__ import annotations

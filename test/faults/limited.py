@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs commands in processes that may use a gigabyte of memory and some seconds.
 
     python limited.py CASES

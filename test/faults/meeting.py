@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Both ends of a connection between processes have to know each other before anything counts."""
 
 from __future__ import annotations

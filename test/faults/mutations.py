@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bags spoilt in every way that a disk, a copy, a kill or a stranger can think of."""
 
 from __future__ import annotations

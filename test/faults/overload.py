@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """More samples than a node can take."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is promised for the time after a fault: within how many samples all is as before."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Processes that are killed and restarted under the eyes of those that stay."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """SIGINT and SIGTERM at random moments in the life of an executable."""
 
 from __future__ import annotations

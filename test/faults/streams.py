@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Streams of samples as they arrive: what faults are injected into."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Two hosts, and the link between them cut."""
 
 from __future__ import annotations

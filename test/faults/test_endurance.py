@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The soak in its short form: minutes become seconds, what is checked stays."""
 
 from __future__ import annotations

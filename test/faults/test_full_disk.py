@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A disk that fills up under each executable that writes bags."""
 
 from __future__ import annotations

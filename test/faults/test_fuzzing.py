@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Spoilt input of every kind: read, or refused with one line; never a traceback, never a hang."""
 
 from __future__ import annotations

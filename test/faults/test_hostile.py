@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files that mean harm end with status 2 and one line, within seconds and a gigabyte."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Each fault in each sensor, straight into the core: finite, bounded, counted, and over soon."""
 
 from __future__ import annotations

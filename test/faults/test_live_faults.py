@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Each fault over DDS: the node gives the core's estimates, and counts what was injected."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Command lines of the nodes that cannot be used: refused before there is a graph, in one line."""
 
 from __future__ import annotations

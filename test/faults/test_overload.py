@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """More samples than the node can take: the newest win, the rest is counted."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Each fault in a bag: its replay gives the core's estimates and names what it left out."""
 
 from __future__ import annotations

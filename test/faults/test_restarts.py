@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Processes killed at random and started again: the others go on by themselves."""
 
 from __future__ import annotations

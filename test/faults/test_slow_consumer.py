@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A consumer of the estimate that never takes any: nobody else notices."""
 
 from __future__ import annotations

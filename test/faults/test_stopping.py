@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """SIGINT and SIGTERM at random moments: status 0, no traceback, a whole bag."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The job of make demo: once as a whole, and its parts on a short run."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Many tasks: here, in processes, and on a real Dask cluster on loopback."""
 
 from __future__ import annotations

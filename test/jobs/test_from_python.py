@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """replay, score and tune as a program calls them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files that are written: checked before the work, and never those that are read."""
 
 from __future__ import annotations

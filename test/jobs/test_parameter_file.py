@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The parameter file that tune writes and score reads."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Samples from serialised messages, and messages with another sample in them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Columns of numbers: the same as those read message by message."""
 
 from __future__ import annotations

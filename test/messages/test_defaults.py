@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Blank messages are those that rclpy and rosbags make."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Scalars that are computed from numbers of a message, and back."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Paths checked against types, before the first message comes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fields of types, as classes and as bags describe them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Type names, and the classes that they name."""
 
 from __future__ import annotations

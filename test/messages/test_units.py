@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The units of numbers in standard messages."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Messages of rclpy and of rosbags, made and serialised the same way."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Uses the types of a workspace that has been sourced: JOB OPTIONS, both of which see below.
 
 Run by ``interface_workspace.py`` as a process of its own, as types can only be imported where their

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A workspace whose interface package nobody has: built by colcon, used only by child processes."""
 
 from __future__ import annotations

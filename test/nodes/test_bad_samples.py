@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Samples that may not reach the method: dropped, counted, named; and fusing goes on."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Publishers that come, go, offer something else, or are too fast."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is said on /diagnostics, and when it is a warning."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The topics that explain each estimate, only while someone listens."""
 
 from __future__ import annotations

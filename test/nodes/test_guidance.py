@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the node says so that a user need not guess: at the start, of silence, of the first drop."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A heading that wraps, and a gyro's rate, over DDS: the same as in one process, bit for bit."""
 
 from __future__ import annotations

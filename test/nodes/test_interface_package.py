@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Types of a package that only the user has: built from ``.msg`` files, fused, recorded, replayed.
 
 The package is made by the rosidl generators in a scratch workspace. This process has never heard of

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A managed node: its transitions over DDS, and what comes of samples in each state."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The main invariant: live, in lockstep over DDS, is the simulation, bit for bit."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Any installed message type, by name and field path; the estimate drops in where S2 was."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Silent sensors: named modes, the other sensor alone, and back by itself."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Parameters: described, refused with their names, changed all or none."""
 
 from __future__ import annotations

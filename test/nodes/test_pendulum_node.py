@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """pendulum_node: every feedback, paced or in lockstep, and what it says when alone."""
 
 from __future__ import annotations

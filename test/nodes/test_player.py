@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Recorded messages, played onto topics."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What nodes record: bytes unchanged, in the order in which they were taken."""
 
 from __future__ import annotations

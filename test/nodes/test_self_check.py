@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the node finds wrong with its sensors while it runs."""
 
 from __future__ import annotations

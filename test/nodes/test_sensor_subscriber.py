@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """sensor_subscriber: any type in, a stamped scalar out."""
 
 from __future__ import annotations

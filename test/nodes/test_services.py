@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """~/reset, ~/enable and ~/save_parameters."""
 
 from __future__ import annotations

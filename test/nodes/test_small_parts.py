@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Parts of nodes on their own, at their edges."""
 
 from __future__ import annotations

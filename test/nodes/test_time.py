@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Time that jumps, loops, pauses or leaves gaps."""
 
 from __future__ import annotations

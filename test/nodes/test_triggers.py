@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """When an estimate comes: at S1, at pairs, at ticks; whatever the rates."""
 
 from __future__ import annotations

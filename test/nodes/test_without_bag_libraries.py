@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Nodes where mcap and rosbags are not installed: they run, unless they are to record."""
 
 from __future__ import annotations

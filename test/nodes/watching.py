@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Watches what nodes say about themselves."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rewrites config/fusion_node.yaml after a change of the defaults."""
 
 from __future__ import annotations

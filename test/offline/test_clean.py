@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is read as arrays is what guards and trigger make of the messages one by one."""
 
 from __future__ import annotations

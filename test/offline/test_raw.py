@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Samples of a bag as arrays, before any filter."""
 
 from __future__ import annotations

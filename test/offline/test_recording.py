@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the fusion would take of a bag."""
 
 from __future__ import annotations

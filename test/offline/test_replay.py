@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A bag through the fusion into a new bag."""
 
 from __future__ import annotations

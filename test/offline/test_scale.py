@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sensors in other units than the signal's: scaled when read, back when written."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Clocks of two sensors that are apart: from when on that is said."""
 
 from __future__ import annotations

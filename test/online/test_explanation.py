@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Why an estimate is what it is, in words."""
 
 from __future__ import annotations

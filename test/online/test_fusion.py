@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Guards, trigger and estimator in one: what a node and a replay feed."""
 
 from __future__ import annotations

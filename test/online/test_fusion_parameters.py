@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Parameters changed while samples come in."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Angles that wrap and rates that are integrated, in front of the fusion."""
 
 from __future__ import annotations

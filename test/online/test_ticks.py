@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """When the timer trigger's ticks are due on a bag's clock."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The timeline: late samples, single odd stamps, loops, resets, two publishers at once."""
 
 from __future__ import annotations

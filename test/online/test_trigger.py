@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Triggers: which samples make a step, and when."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Made-up outcomes of the sweeps for tests: every number chosen, none simulated."""
 
 from __future__ import annotations

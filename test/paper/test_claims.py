@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Claims and targets hold where they are true, fail where they are not, and say what decides."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The Kalman filter that knows the plant: its algebra, its own control, and its figures."""
 
 from __future__ import annotations

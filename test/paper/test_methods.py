@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The methods of the benchmark do what their names say."""
 
 from __future__ import annotations

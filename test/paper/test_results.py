@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Means, ratios and their intervals over the seeds."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The sweeps: their points, their seeds, and what a run comes to."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Parameter files: read as ROS reads them, written so that both take them."""
 
 from __future__ import annotations

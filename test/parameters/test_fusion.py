@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The parameters of the fusion: every one, at every edge of its range."""
 
 from __future__ import annotations

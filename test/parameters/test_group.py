@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The machinery under the parameters, on a small tree of its own."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """YAML is checked before it is composed."""
 
 from __future__ import annotations

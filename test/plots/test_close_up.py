@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which stretch is shown closer."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The paper's figures show their tables, say their units, and never open a window."""
 
 from __future__ import annotations

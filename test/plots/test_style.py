@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How figures look: legible colours, reproducible files, nothing left behind."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What score draws."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bags of real message types for the presets in config/: simulated sensors and their truth."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every preset in config/presets does its job, from a bag and as a node."""
 
 from __future__ import annotations

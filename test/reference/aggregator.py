@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rate and fuzzy aggregator, method §§ 1 and 2, in exact fractions."""
 
 from __future__ import annotations

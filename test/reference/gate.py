@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Validity gate, method § 4."""
 
 from __future__ import annotations

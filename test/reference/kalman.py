@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Kalman filters of filterpy over the two random walks, in matrices."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The baselines that model S2's lag, in matrices and whole histories."""
 
 from __future__ import annotations

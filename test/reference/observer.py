@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The observer with matrices, one plain loop: an oracle for ``core.observer``.
 
 Without spikes, low-pass and gaps of S1.

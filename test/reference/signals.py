@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Signals to feed: a wandering truth, seen by a noisy S1 and a lagging S2; seeded."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A headless browser that looks at pages, through its own driver."""
 
 from __future__ import annotations

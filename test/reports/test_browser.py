@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pages in a real browser, on a phone and on a desk, in light and in dark."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The page itself: self-contained, small, and what is in it can be had out of it again."""
 
 from __future__ import annotations

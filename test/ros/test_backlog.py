@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The newest message is held while the executor is late."""
 
 from __future__ import annotations

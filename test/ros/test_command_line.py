@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The executables of the nodes: help, refusals in one line, exit statuses."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """SIGINT and SIGTERM at any moment: exit 0, the bag closed and readable.
 
 A few moments drawn at random; test/soak.py draws many.

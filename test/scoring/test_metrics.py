@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Tables of values for every metric, and what they refuse."""
 
 from __future__ import annotations

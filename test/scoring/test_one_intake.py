@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Score, replay and node take samples through one intake, also while a sensor is silent."""
 
 from __future__ import annotations

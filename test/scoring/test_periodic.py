@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A heading that wraps, from bag to score: everything is compared the short way."""
 
 from __future__ import annotations

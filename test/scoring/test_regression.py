@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Scores against earlier ones."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Allan's statistic against numpy over the whole series."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The estimator that measures its parameters: when, from what, and without a jump."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """S2's lag, found by what S1 shows behind many lags at a time."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Spikes are told from noise and from motion."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The closed loop: against the reference, stepped, compiled, seeded, and when it falls."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Controller and sensors."""
 
 from __future__ import annotations

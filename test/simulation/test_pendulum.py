@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The plant: its equation, its symmetry, its energy, and the order of its integration."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The benchmark's results, as an independent simulation gave them (method § 6)."""
 
 from __future__ import annotations

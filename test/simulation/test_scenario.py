@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The benchmark's numbers, which are pinned."""
 
 from __future__ import annotations

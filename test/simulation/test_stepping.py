@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every method of the benchmark, stepped as a node would, is its compiled run bit for bit."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The public harness: a graph of its own, and nothing left behind."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Text from outside is shown, not obeyed."""
 
 from __future__ import annotations

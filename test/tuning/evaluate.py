@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Tunes on the first half of every stand-in and scores on the second, beside the baselines.
 
 python test/tuning/evaluate.py --seeds 0-4

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fits with few evaluations, for tests of what is around them."""
 
 from __future__ import annotations

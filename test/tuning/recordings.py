@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Small made-up recordings whose sensors are known."""
 
 from __future__ import annotations

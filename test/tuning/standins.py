@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Stand-ins for recordings: made-up sensors of many kinds, none of them just as ours are modelled.
 
 Each has a cause of trouble that real sensors have: S2 behind a moving window, a second-order

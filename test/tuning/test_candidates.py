@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What fits of the candidates cost, and which values they cannot reach."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A recording tells what its sensors are like, and says so when it cannot."""
 
 from __future__ import annotations

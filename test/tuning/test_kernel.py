@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The fast run is the estimator, to the last bit."""
 
 from __future__ import annotations

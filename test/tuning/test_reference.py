@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Hindsight is nearer to the truth than either sensor, whatever ails them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The optimiser finds minima, repeats itself to the last digit, and ends when told to."""
 
 from __future__ import annotations

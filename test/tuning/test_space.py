@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Places along axes, and that no fit can propose what the parameters refuse."""
 
 from __future__ import annotations

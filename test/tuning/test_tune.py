@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A whole fit: better than either sensor on what it has not seen, and repeatable."""
 
 from __future__ import annotations

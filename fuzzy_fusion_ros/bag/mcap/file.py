@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Reads the messages of one MCAP file, intact or damaged, in the order of their log times.
 
 Instead of mcap's and rosbags' readers because these stop at the first damaged byte, where this one

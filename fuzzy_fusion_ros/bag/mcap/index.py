@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where the messages of an MCAP file are, as its summary says.
 
 Instead of mcap's ``get_summary`` because that believes offsets, counts and times that cannot be

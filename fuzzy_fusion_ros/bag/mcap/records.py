@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The records of an MCAP file.
 
 Messages are split here instead of by mcap's ``StreamReader`` because that takes three times the CPU

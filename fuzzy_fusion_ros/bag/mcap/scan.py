@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where the messages of an MCAP file without a usable summary are: the whole file is scanned.
 
 Instead of mcap's ``StreamReader`` because that stops at the first damaged byte, where this scan

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Writes one MCAP file, chunk by chunk.
 
 Instead of mcap's and rosbags' writers because it takes 0.5 to 0.6 of their CPU time per message,
