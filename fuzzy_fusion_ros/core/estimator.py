@@ -192,17 +192,14 @@ def fused(
         if mode == FUSED and belief.s2_ns != s2.stamp_ns:
             sensors = confronted(parameters, sensors)
         fa = believed(sensors.belief, sensors.s1)
-    else:
-        sensors = Sensors(s1, s2, no_belief(), evidence)
-        fa = single(s1.smooth.value, 1.0)
-        if mode == FUSED:
-            fa = aggregate(parameters.aggregator, s1.smooth.value, s2.value, s2.rate)
-            if evidence.samples == 0:  # S2 came before S1
-                evidence = weighed(evidence, 0.0, s1.smooth.value - s2.value, 1.0)
-                sensors = Sensors(s1, s2, sensors.belief, evidence)
+        return fa if mode == FUSED else single(fa.value, 1.0), sensors
+    belief = no_belief() if kept.belief.stamp_ns > 0 else kept.belief
     if mode != FUSED:
-        fa = single(fa.value, 1.0)
-    return fa, sensors
+        return single(s1.smooth.value, 1.0), Sensors(s1, s2, belief, evidence)
+    if evidence.samples == 0:  # S2 came before S1
+        evidence = weighed(evidence, 0.0, s1.smooth.value - s2.value, 1.0)
+    fa = aggregate(parameters.aggregator, s1.smooth.value, s2.value, s2.rate)
+    return fa, Sensors(s1, s2, belief, evidence)
 
 
 def standard_deviation(parameters: Parameters, sensors: Sensors, stamp_ns: int) -> float:
