@@ -31,6 +31,8 @@ from fuzzy_fusion_ros.text.visible import visible
 
 KEY = "ros__parameters"
 
+NARROW = "a node of any name; for one only, put its name here, such as /robot/fusion_node"
+
 _TRUE = {"y", "Y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"}
 _FALSE = {"n", "N", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"}
 _SPECIAL = re.compile(r"([-+]?)\.(nan|NaN|NAN|inf|Inf|INF)")
@@ -102,7 +104,7 @@ def dump(
     parameters: Group,
     path: str | Path,
     comments: Iterable[str] = (),
-    node_name: str = "fusion_node",
+    node_name: str = "",
 ) -> None:
     """Write parameters as a file that the node takes.
 
@@ -110,7 +112,7 @@ def dump(
         parameters: What to write, each with its meaning, unit and range beside it.
         path: The file, overwritten if it exists.
         comments: Lines to write at the top.
-        node_name: The node that it is for, in any namespace.
+        node_name: The node that it is for, in any namespace; empty for a node of any name.
 
     Raises:
         ParameterFileError: The file cannot be written.
@@ -121,10 +123,11 @@ def dump(
         raise ParameterFileError(path, f"cannot be written: {error.strerror}") from error
 
 
-def dumps(parameters: Group, comments: Iterable[str] = (), node_name: str = "fusion_node") -> str:
+def dumps(parameters: Group, comments: Iterable[str] = (), node_name: str = "") -> str:
     """Return the text of the file that :func:`dump` writes."""
     lines = [f"# {visible(line)}".rstrip() for line in comments]
-    lines += [f"/**/{node_name}:", f"  {KEY}:"]
+    owner = f"/**/{node_name}:" if node_name else f"/**:  # {NARROW}"
+    lines += [owner, f"  {KEY}:"]
     lines += _entries(parameters)
     return "\n".join(lines) + "\n"
 

@@ -15,6 +15,7 @@ from fuzzy_fusion_ros.jobs.parameter_file import (
     text_of,
 )
 from fuzzy_fusion_ros.parameters.errors import ParameterError
+from fuzzy_fusion_ros.parameters.file import dumps
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
 
@@ -44,9 +45,12 @@ def test_baselines_are_read_from_their_own_entry(tmp_path: Path) -> None:
     assert baseline_parameters(None) is None
     assert baseline_parameters(str(path)) is None
     path.write_text("/**/baselines:\n  ros__parameters:\n    kalman: {s1_noise: 3.0}\n")
+    assert baseline_parameters(str(path)) is None  # of an older version: all are fitted again
+    own = dumps(replace(BaselineParameters(), {"kalman.s1_noise": 3.0}), node_name="baselines")
+    path.write_text(own)
     found = baseline_parameters(str(path))
     assert found is not None
     assert found.kalman.s1_noise == 3.0
-    path.write_text("baselines:\n  ros__parameters:\n    kalman: {s1_noise: -3.0}\n")
+    path.write_text(own.replace("s1_noise: 3.0", "s1_noise: -3.0"))
     with pytest.raises(ParameterError, match=r"kalman\.s1_noise: got -3\.0"):
         baseline_parameters(str(path))

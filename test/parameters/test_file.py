@@ -207,7 +207,8 @@ def test_what_is_written_is_read_back(
     path = tmp_path_factory.mktemp("files") / "p.yaml"
     dump(parameters, path, ["fitted", "", "to a recording"])
     assert parameters_from(path) == parameters
-    assert path.read_text(encoding="utf-8").startswith("# fitted\n#\n# to a recording\n/**/fusion_")
+    assert path.read_text(encoding="utf-8").startswith("# fitted\n#\n# to a recording\n/**:")
+    assert load(path, "/robot/of_another_name") == load(path)
 
 
 def test_a_group_of_another_node_is_written_for_that_node(tmp_path: Path) -> None:
