@@ -67,6 +67,17 @@ def height(t: float) -> float:
     return 8.0 + 4.0 * math.sin(0.2 * t) + math.sin(0.7 * t)
 
 
+def temperature(t: float, lag: float = 0.0) -> float:
+    """A sum of two sines, as it shows through a first-order lag, deg C."""
+
+    def seen(size: float, pulse: float) -> float:
+        return (
+            size * math.cos(math.atan(pulse * lag)) * math.sin(pulse * t - math.atan(pulse * lag))
+        )
+
+    return 20.0 + seen(4.0, 0.1) + seen(1.5, 0.4)
+
+
 def _gnss(t: float, a: float, b: float) -> Mapping[str, float]:
     course = heading(t - 0.3)
     return {
@@ -105,18 +116,29 @@ def _range(t: float, a: float, b: float) -> Mapping[str, float]:
     return {"range": height(t) + 0.03 * a, "max_range": 40.0}
 
 
+def _thermocouple(t: float, a: float, b: float) -> Mapping[str, float]:
+    return {"temperature": temperature(t) + 1.5 + 0.005 * t + 0.2 * a}
+
+
+def _pt100(t: float, a: float, b: float) -> Mapping[str, float]:
+    return {"temperature": temperature(t, lag=3.0) + 0.05 * a, "variance": 0.01}
+
+
 IMU = Sensor("/imu/data", "sensor_msgs/msg/Imu", 100.0, _gyro_z)
 TILT = IMU._replace(fields=_tilting)
 ODOM = Sensor("/odom", "nav_msgs/msg/Odometry", 50.0, _wheels)
 VELOCITY = Sensor("/fix_velocity", "geometry_msgs/msg/TwistWithCovarianceStamped", 1.0, _gnss)
 PRESSURE = Sensor("/pressure", "sensor_msgs/msg/FluidPressure", 50.0, _barometer)
 RANGE = Sensor("/range", "sensor_msgs/msg/Range", 5.0, _range)
+THERMOCOUPLE = Sensor("/thermocouple", "sensor_msgs/msg/Temperature", 20.0, _thermocouple)
+PT100 = Sensor("/pt100", "sensor_msgs/msg/Temperature", 1.0, _pt100)
 
 RIGS = {
     "heading": Rig(IMU, VELOCITY, heading),
     "tilt": Rig(TILT, TILT, pitch),
     "speed": Rig(ODOM, VELOCITY._replace(fields=_gnss_speed), speed),
     "altitude": Rig(PRESSURE, RANGE, height),
+    "temperature": Rig(THERMOCOUPLE, PT100, temperature),
 }
 """By the names of their presets."""
 

@@ -20,7 +20,7 @@ from fuzzy_fusion_ros.scoring.score import score_bag
 from fuzzy_fusion_ros.testing import Harness
 
 PRESETS = Path(__file__).resolve().parents[2] / "config" / "presets"
-BETTER = {"heading": 0.7, "tilt": 0.3, "speed": 0.7, "altitude": 0.7}
+BETTER = {"heading": 0.7, "tilt": 0.3, "speed": 0.7, "altitude": 0.7, "temperature": 0.3}
 """Share of the better sensor's error that the estimate may have."""
 
 
