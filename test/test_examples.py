@@ -36,7 +36,7 @@ def test_a_bag_is_replayed_scored_and_plotted(tmp_path: Path) -> None:
     assert said[0] == "5000 estimates written, 4000 scored"
     errors = [float(line.split()[1]) for line in said[1:]]
     assert errors == sorted(errors)
-    assert len(errors) == 9
+    assert len(errors) == 12
     assert plot.read_bytes().startswith(b"\x89PNG")
 
 

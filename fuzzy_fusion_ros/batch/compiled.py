@@ -52,12 +52,14 @@ def interpreted(function: F, **replaced: Callable[..., Any]) -> F:
     return cast(F, _rebound(function, replaced))
 
 
-def with_arrays(state: Any) -> Any:
-    """Return a state as compiled functions take it: with arrays for the lists in its named tuples.
+def taken_by(function: Callable[..., Any], state: Any) -> Any:
+    """Return a state as a function takes it.
 
-    Without numba it is returned as it is.
+    Args:
+        function: As returned by :func:`compiled`.
+        state: A named tuple; if the function is compiled, its lists become arrays.
     """
-    return _with_arrays(state) if can_compile() else state
+    return _with_arrays(state) if hasattr(function, "py_func") else state
 
 
 def _with_arrays(state: Any) -> Any:

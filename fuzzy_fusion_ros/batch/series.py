@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals, Stamps, seconds_since
-from fuzzy_fusion_ros.batch.compiled import compiled, interpreted, with_arrays
+from fuzzy_fusion_ros.batch.compiled import compiled, interpreted, taken_by
 from fuzzy_fusion_ros.core.estimator import (
     WAITING,
     Estimate,
@@ -158,7 +158,8 @@ def run(method: Method, series: Series, *, compile_from: int = 0) -> Trace:
         "without_s1": method.without_s1,
     }
     if method.compiles and series.s1.size >= compile_from:
-        compiled(_run, **own)(method.parameters, with_arrays(method.state), series, trace)
+        loop = compiled(_run, **own)
+        loop(method.parameters, taken_by(loop, method.state), series, trace)
     else:
         plain = Series._make([*(each.tolist() for each in series[:-1]), series.started_ns])
         interpreted(_run, **own)(method.parameters, method.state, plain, trace)

@@ -68,6 +68,7 @@ def check_bag(
         BagError: S1 or S2 is not in the bag, or neither has a message in the span.
         MessageError: A field is not in its type.
     """
+    topics = topics.found_in(bag)
     bag.require_topics(topics.s1, topics.s2)
     bag.require_messages_from(start_s)
     names = topics.by_role()

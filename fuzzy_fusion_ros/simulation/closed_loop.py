@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fuzzy_fusion_ros.batch.arrays import Reals, Stamps
-from fuzzy_fusion_ros.batch.compiled import compiled, interpreted, with_arrays
+from fuzzy_fusion_ros.batch.compiled import compiled, interpreted, taken_by
 from fuzzy_fusion_ros.batch.series import Method, Trace, empty_trace, write
 from fuzzy_fusion_ros.core.estimator import observe_s2, update
 from fuzzy_fusion_ros.parameters.group import numbers
@@ -148,7 +148,7 @@ def simulate(
     loop = bind(_simulate, observe_s2=method.observe_s2, update=method.update)
     survived = loop(
         method.parameters,
-        with_arrays(method.state) if bind is compiled else method.state,
+        taken_by(loop, method.state),
         numbers(scenario),
         at_start(scenario),
         draw_noise(generator, n),

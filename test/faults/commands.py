@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from types import FrameType
 from typing import NamedTuple
 
-LONGEST = 120.0
+LONGEST = 240.0
 """A command that takes more CPU time loops for ever, seconds."""
 
 
@@ -47,11 +47,12 @@ def mannerly(main: Callable[[Sequence[str]], int], arguments: Sequence[str]) -> 
     """Run a command on input that may be unusable; return how it ended.
 
     Raises:
-        AssertionError: It neither did its work nor refused with one line and status 2.
+        AssertionError: It neither did its work, nor refused with one line and status 2, nor did
+            so for some of several bags, each in a row, with status 1.
         TimeoutError: It hangs.
     """
     end = ended(main, arguments)
-    assert end.status in (0, 2), end
+    assert end.status in (0, 2) or (end.status == 1 and "failed: " in end.stdout), end
     if end.status == 2:
         assert end.stderr.count("\n") == 1, end
         assert end.stderr.endswith("\n"), end

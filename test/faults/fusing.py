@@ -42,7 +42,13 @@ class Watched:
         self.fusion = Fusion(parameters)
         s1 = parameters.s1
         self._conditioned = any(
-            (s1.spike_threshold, s1.lowpass_time_constant, s1.bias_time_constant)
+            (
+                s1.spike_threshold,
+                s1.lowpass_time_constant,
+                s1.bias_time_constant,
+                parameters.signal.period,
+                parameters.self_tuning,
+            )
         )
         self._recent: dict[str, dict[int, float]] = {"s1": {}, "s2": {}}
 

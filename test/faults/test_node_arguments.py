@@ -22,9 +22,9 @@ MAINS = {
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--nonsense"], "unrecognized arguments: --nonsense; see {name} --help"),
-        (["file.yaml"], "unrecognized arguments: file.yaml; see {name} --help"),
-        (["--params"], "expected one argument; see {name} --help"),
+        (["--nonsense"], "unrecognized arguments: --nonsense; see fuzzy-fusion {name} --help"),
+        (["file.yaml"], "unrecognized arguments: file.yaml; see fuzzy-fusion {name} --help"),
+        (["--params"], "expected one argument; see fuzzy-fusion {name} --help"),
         (["--ros-args", "--nonsense"], "ROS refuses its arguments"),
         (["--ros-args", "-r", "a"], "ROS refuses its arguments"),
         (["--ros-args", "-p", "rate"], "ROS refuses its arguments"),

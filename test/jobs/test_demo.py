@@ -45,7 +45,7 @@ def test_the_whole_job(tmp_path: Path) -> None:
     assert "pendulum\n5000 of 5000 estimates matched" in pendulum
     for table in (car, pendulum):
         assert "baselines: as tune has fitted them" in " ".join(table.split())
-        assert [row.split()[0] for row in table.splitlines()[-9:]][:3] == ["estimate", "s1", "s2"]
+        assert [row.split()[0] for row in table.splitlines()[-12:]][:3] == ["estimate", "s1", "s2"]
     rows = {name: values for name, *values in map(str.split, loops.splitlines()[-4:])}
     assert list(rows) == ["estimate", "s1", "s2", "average"]
     assert [name for name, values in rows.items() if "*" in "".join(values)] == ["estimate"]

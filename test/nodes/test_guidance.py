@@ -29,7 +29,7 @@ def test_one_line_says_what_is_fused_into_what(harness: Harness, log: Log) -> No
         arguments=("-r", "s1:=/imu", "-r", "__ns:=/robot"),
     )
     assert log.wait_for("trigger: s1") == (
-        "s1: /imu, linear_acceleration.x of sensor_msgs/msg/Imu; "
+        "s1: /imu, linear_acceleration.x of sensor_msgs/msg/Imu in m/s^2; "
         f"s2: /robot/s2, point.x of {POINT}; estimate: /robot/estimate, point.x of {POINT}; "
         "trigger: s1"
     )
