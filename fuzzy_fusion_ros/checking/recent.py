@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections import deque
+from array import array
 
 import numpy as np
 
@@ -52,29 +52,37 @@ class Stream:
         self._name = name
         self._topic = topic
         self._codec = codec
-        self._rows: deque[tuple[int, int, float]] = deque(maxlen=SAMPLES)
+        self._stamps_ns = array("q", bytes(8 * SAMPLES))  # all memory at once: a flood adds none
+        self._arrivals_ns = array("q", bytes(8 * SAMPLES))
+        self._values = array("d", bytes(8 * SAMPLES))
+        self._taken = 0
 
     def add(self, stamp_ns: int, arrival_ns: int, value: float) -> None:
         """Take a sample, whatever it is."""
-        self._rows.append((stamp_ns, arrival_ns, value))
+        at = self._taken % SAMPLES
+        self._stamps_ns[at] = stamp_ns
+        self._arrivals_ns[at] = arrival_ns
+        self._values[at] = value
+        self._taken += 1
 
     def restart(self) -> None:
         """Forget all samples: the clock of the arrivals has jumped."""
-        self._rows.clear()
+        self._taken = 0
 
     def samples(self) -> SensorSamples:
         """Return the samples."""
-        stamps, arrivals, values = zip(*self._rows, strict=True) if self._rows else ((), (), ())
+        kept = min(self._taken, SAMPLES)
+        oldest_first = (np.arange(kept) + self._taken - kept) % SAMPLES
         return SensorSamples(
             name=self._name,
             topic=self._topic,
             field=self._codec.field.text,
             unit=unit_read(self._codec),
             is_stamped=self._codec.is_stamped,
-            stamps_ns=np.array(stamps, np.int64),
-            overflows=np.zeros(len(stamps), np.bool_),
-            arrivals_ns=np.array(arrivals, np.int64),
-            values=np.array(values, np.float64),
+            stamps_ns=np.array(self._stamps_ns)[oldest_first],
+            overflows=np.zeros(kept, np.bool_),
+            arrivals_ns=np.array(self._arrivals_ns)[oldest_first],
+            values=np.array(self._values)[oldest_first],
         )
 
 
