@@ -68,7 +68,7 @@ CASES: dict[str, tuple[str, Sensors]] = {
     "S1 noisy and off, S2 late": ("swings", lagging),
     "white noise only, no lag, a random walk": ("walk", white),
     "S1 drifts, S2 silent for half of each minute": ("swings", silent),
-    "both sensors off alike from half-time on": ("swings", both_off),
+    "both sensors off by the same from half-time on": ("swings", both_off),
     "S1 reads 30 % too much": ("swings", stretched),
     "S2's lag trebles at half-time": ("swings", changed),
 }

@@ -169,7 +169,7 @@ def passes(folder: Path, path: str) -> bool:
     environment = {
         **os.environ,
         "NUMBA_DISABLE_JIT": str(int(Path(path).parts[1] in COMPILED)),
-        "PYTHONDONTWRITEBYTECODE": "1",  # two changes of a file within a second look alike
+        "PYTHONDONTWRITEBYTECODE": "1",  # two changes of a file within a second look the same
         "PYTHONPATH": str(folder),
     }
     # The plugin would import the package before pytest knows of the copy.

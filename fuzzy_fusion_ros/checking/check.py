@@ -165,7 +165,7 @@ def _character(samples: SensorSamples, usable: SensorSamples, values: Values) ->
 
 
 def _gaps(samples: SensorSamples, start_ns: int) -> list[Finding]:
-    """Return the longest time without samples, by stamps and by arrivals alike."""
+    """Return the longest time without samples, by both stamps and arrivals."""
     steps = np.minimum(np.diff(samples.stamps_ns), np.diff(samples.arrivals_ns)) * 1e-9
     if steps.size == 0:
         return []

@@ -65,11 +65,11 @@ USUAL_LAG = (0.5, 2.0)
 LEAD = 3.0
 """S2 ahead of S1 costs this many times a lag as long: the slow sensor does not know the future."""
 
-ALIKE = 1.25
-"""A scale within this factor of 1 is taken for 1,"""
+NEAR_ONE = 1.25
+"""A scale within this factor of 1 is taken for 1."""
 
 EXACT = 1.1
-"""and one within this factor of a conversion of units for that."""
+"""A scale within this factor of a conversion of units is taken for that."""
 
 LEAST_CORRELATION = 0.05
 """Below this a hypothesis is not worth telling."""
@@ -161,7 +161,7 @@ class Relation(NamedTuple):
         middle = self.middle_scale
         return min(found, key=lambda each: abs(math.log(each[1] / middle)), default=None)
 
-    def _allows(self, factor: float, off: float = ALIKE) -> bool:
+    def _allows(self, factor: float, off: float = NEAR_ONE) -> bool:
         return self.scale[0] / off <= factor <= self.scale[1] * off
 
 

@@ -43,7 +43,7 @@ FEWEST_SAMPLES = 20
 NOTHING = 1e-6
 """What changes by less than this share of its steps is a constant or a counter."""
 
-ALIKE = 1.5
+SAME_INTERVAL = 1.5
 """Of fields whose intervals differ by less than this factor, the one that is ahead is S1."""
 
 CLOSE_POINTS = 2048
@@ -114,7 +114,7 @@ def _together(one: Field, other: Field) -> Together | None:
     """Return what two fields are to each other."""
     s1, s2 = sorted((one, other), key=lambda each: each.motion.interval)
     best = _best(s1, s2)
-    if best is None or s2.motion.interval >= ALIKE * s1.motion.interval:
+    if best is None or s2.motion.interval >= SAME_INTERVAL * s1.motion.interval:
         return best
     if best.relation.kind is Kind.S2_RATE:  # a rate is the fast sensor
         return _best(s2, s1) or best

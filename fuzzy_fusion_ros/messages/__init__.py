@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Messages and samples: serialised messages alone, so that node and bag are served alike."""
+"""Messages and samples: serialised messages only, which nodes and bags have in common."""
 
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages.codec import ScalarCodec, Template

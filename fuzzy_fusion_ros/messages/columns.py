@@ -118,7 +118,7 @@ class ColumnReader:
 
 
 class _Rows:
-    """Messages that lie alike."""
+    """Messages with the same layout of bytes."""
 
     def __init__(self, data: bytes, lengths: Sequence[int], places: Sequence[Place | None]) -> None:
         self.messages = [data]

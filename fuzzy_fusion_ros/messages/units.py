@@ -12,7 +12,7 @@ from fuzzy_fusion_ros.messages.type_names import normalise_type_name
 from fuzzy_fusion_ros.parameters.errors import MessageError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 
-# What a path ends in, in any message: sub-messages of standard types are named alike everywhere.
+# What a path ends in, in any message: sub-messages have the same names in all standard types.
 _BY_PATH = {
     r"linear_acceleration\.[xyz]": "m/s^2",
     r"angular_velocity\.[xyz]": "rad/s",
@@ -66,13 +66,13 @@ def unit_of(type_name: str, field: str) -> str:
     return ""
 
 
-ALIKE = 2.0
+LARGEST_CORRECTION = 2.0
 """A scale within this factor of 1 or -1 corrects a sensor; another one changes its unit."""
 
 
 def unit_read(codec: ScalarCodec) -> str:
     """Return the unit of what a codec reads: the type's, or ``""`` where a scale changes it."""
-    if not 1.0 / ALIKE < abs(codec.scale) < ALIKE:
+    if not 1.0 / LARGEST_CORRECTION < abs(codec.scale) < LARGEST_CORRECTION:
         return ""
     return unit_of(codec.type_name, codec.field.text)
 

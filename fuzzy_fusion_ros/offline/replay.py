@@ -60,7 +60,7 @@ def replay(
 ) -> Replayed:
     """Run a bag through the fusion into a new bag.
 
-    The new bag holds the messages of the old one, bytes unchanged, less its estimates and their
+    The new bag holds the messages of the old one, bytes unchanged, without its estimates and their
     explanation; and after each message what the node would have published because of it, at the
     same log time. Memory does not grow with the bag.
 

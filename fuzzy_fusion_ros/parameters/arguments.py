@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The parser of every command line, of nodes and offline programs alike."""
+"""The parser of every command line, for nodes and offline programs."""
 
 from __future__ import annotations
 

@@ -56,9 +56,9 @@ NO_SPIKES = Spikes((), 0, 0.0, 0.0, 0.0)
 def judged(kept: Spikes, s1: float) -> Spikes:
     """Take a sample of S1, and judge the one in the middle of the newest.
 
-    The quantile moves by a small share of itself, up more than down, so that a spike of any size
-    moves it alike. A sample is a spike if it is far off by that, and by the steps around it, which
-    are large in motion.
+    The quantile moves by a small share of itself, up more than down, so that the size of a
+    spike does not matter. A sample is a spike if it is far off by that, and by the steps around
+    it, which are large in motion.
 
     Args:
         kept: What is kept so far.

@@ -78,7 +78,9 @@ def candidates_for(sensors: Characteristics, with_truth: bool = True) -> list[Ca
         Candidate("s1", "S1 as it comes", _alone(1.0, lost)),
         Candidate("aggregator", "the paper's rules, S1 as it comes", _aggregator(sensors, lost)),
         Candidate(
-            "bias", "S1 less its bias, learnt from S2", _observer("bias", sensors, lost, with_truth)
+            "bias",
+            "S1 minus its bias, learnt from S2",
+            _observer("bias", sensors, lost, with_truth),
         ),
         Candidate("slope", "the bias with a slope", _observer("slope", sensors, lost, with_truth)),
         Candidate(

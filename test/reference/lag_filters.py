@@ -116,7 +116,7 @@ class MatrixTrend:
 
 
 class MatrixErrorState:
-    """S1 less its bias, both with a slope; remembers all of S1 for the delay."""
+    """S1 minus its bias, both with a slope; remembers all of S1 for the delay."""
 
     def __init__(self, parameters: ErrorStateParameters) -> None:
         it = self._it = parameters
@@ -130,7 +130,7 @@ class MatrixErrorState:
 
     @property
     def signal(self) -> float:
-        """S1 after the low-pass, less its bias."""
+        """S1 after the low-pass, minus its bias."""
         return float(self._s1.x[0] - self._bias.x[0])
 
     def take_s2(self, time_s: float, value: float) -> None:

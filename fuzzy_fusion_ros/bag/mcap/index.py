@@ -142,7 +142,7 @@ def _index_from_records(data: bytes, limit: int) -> McapIndex:
     """Return the index in the records of a summary that begins at byte ``limit``."""
     index = McapIndex()
     statistics = None
-    alike: dict[frozenset[int], frozenset[int]] = {}  # chunks by the thousand hold the same topics
+    known: dict[frozenset[int], frozenset[int]] = {}  # chunks by the thousand hold the same topics
     run = split_records(data, 0)
     if not run.is_whole:
         raise SummaryError("its summary is damaged")
@@ -155,7 +155,7 @@ def _index_from_records(data: bytes, limit: int) -> McapIndex:
                 index.channels[record.id] = record
             elif isinstance(record, ChunkIndex):
                 channels = frozenset(record.message_index_offsets)
-                index.segments.append(_segment(record, limit, alike.setdefault(channels, channels)))
+                index.segments.append(_segment(record, limit, known.setdefault(channels, channels)))
             elif isinstance(record, Statistics):
                 statistics = record
     except DAMAGE as error:

@@ -28,7 +28,7 @@ from fuzzy_fusion_ros.bag.mcap.records import DAMAGE, HEAD, MESSAGE, decode, spl
 from fuzzy_fusion_ros.parameters.errors import BagError
 
 _MOST_READINGS = 8
-"""How often all of a file may be read in vain: what looks like chunks can overlap."""
+"""How often all of a file may be read without a result: false chunks can overlap."""
 
 _BLOCK_BYTES = 1 << 20
 _RUN_BYTES = 1 << 20
