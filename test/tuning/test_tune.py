@@ -74,8 +74,7 @@ BLIND = 1.25
 """How far a short fit without a truth may be behind a filter that is fitted to the reference."""
 
 
-def assert_good(tuned: Tuned, unseen: Made) -> None:
-    """Compare a fit with both sensors and all baselines on what it has not seen."""
+def test_it_is_good_on_what_it_has_not_seen(tuned: Tuned, unseen: Made) -> None:
     ours = rmse(run(fusion(tuned.parameters), unseen.series).value, unseen)
     others = {
         name: rmse(run(method, unseen.series).value, unseen)
@@ -84,10 +83,6 @@ def assert_good(tuned: Tuned, unseen: Made) -> None:
     knowing = {name: others.pop(name) for name in ("kalman_lag", "kalman_lag_cv", "error_state")}
     assert ours < min(others.values())
     assert ours < NEARLY * min(knowing.values())
-
-
-def test_it_is_good_on_what_it_has_not_seen(tuned: Tuned, unseen: Made) -> None:
-    assert_good(tuned, unseen)
 
 
 def test_without_a_truth_too(recording: Made, unseen: Made, patch: pytest.MonkeyPatch) -> None:
