@@ -44,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         **window,
         progress=fleet.progress_of(given),
     )
-    bags = [fleet.absolute(each, given) or each for each in given.bag]
+    bags = fleet.bags_of(given)
     found = dict(zip(bags, fleet.run(task, bags, given), strict=True))
     documents = {}
     fine = True

@@ -50,6 +50,11 @@ def absolute(path: str | None, arguments: argparse.Namespace) -> str | None:
     return os.path.abspath(path) if path is not None and arguments.scheduler else path
 
 
+def bags_of(arguments: argparse.Namespace) -> list[str]:
+    """Return the bags, each once however often it is named, as tasks are to be given them."""
+    return list(dict.fromkeys(absolute(each, arguments) or each for each in arguments.bag))
+
+
 def run(
     task: Callable[[T], R], items: Sequence[T], arguments: argparse.Namespace
 ) -> list[R | Failure]:

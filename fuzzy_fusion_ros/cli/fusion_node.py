@@ -15,11 +15,13 @@ subscribes:
 publishes:
   estimate          the latest S2 message, with its number and stamp replaced
   ~/weight ~/drift ~/aggregate ~/prediction ~/innovation ~/firing_strengths
+  ~/standard_deviation
   ~/explanation     how the estimate came about; published while subscribed
   /diagnostics      mode, rates, dropped samples by reason, anything suspicious
 services:
   ~/reset           clear the state
-  ~/enable          stop or resume publishing the estimate"""
+  ~/enable          stop or resume publishing the estimate
+  ~/save_parameters write the parameters in use to a new file"""
 
 
 @command("fusion_node")

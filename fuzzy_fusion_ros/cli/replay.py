@@ -47,7 +47,7 @@ def _replay(given: argparse.Namespace) -> int:
         **window,
         progress=fleet.progress_of(given),
     )
-    bags = [fleet.absolute(each, given) or each for each in given.bag]
+    bags = fleet.bags_of(given)
     outputs = [fleet.absolute(str(each), given) or "" for each in _outputs(bags, given.output)]
     found = fleet.run(task, list(zip(bags, outputs, strict=True)), given)
     rows: list[tuple[str, ...]] = [("bag", "copied", "estimates", "new bag")]
@@ -102,7 +102,7 @@ def _play(given: argparse.Namespace) -> int:
         raise UsageError("--output cannot be used with --live, which writes nothing")
     if len(given.bag) > 1 or given.scheduler or given.jobs > 1:
         raise UsageError(
-            "--live plays one bag, here: --jobs and --scheduler cannot be used with it"
+            "--live plays one bag in this process: give one BAG, without --jobs and --scheduler"
         )
     topics, window = options.topics_of(given), options.window_of(given)
     from fuzzy_fusion_ros.jobs.replay import play  # after parsing: takes time to import

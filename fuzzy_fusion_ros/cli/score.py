@@ -43,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         unit=given.unit,
         progress=fleet.progress_of(given),
     )
-    bags = [fleet.absolute(each, given) or each for each in given.bag]
+    bags = fleet.bags_of(given)
     found = dict(zip(bags, fleet.run(task, bags, given), strict=True))
     documents = _report(found, given)
     status = FAILED if any(isinstance(each, Failure) for each in found.values()) else DONE

@@ -131,7 +131,7 @@ def _missing(error: ModuleNotFoundError) -> str:
             f"needs ROS 2: {library} is not found; source it, for example /opt/ros/jazzy/setup.bash"
         )
     return (
-        f"{library} is not installed: in a workspace, src/fuzzy_fusion_ros/install.sh brings it; "
+        f"{library} is not installed: in a workspace, run src/fuzzy_fusion_ros/install.sh; "
         f"in a virtual environment, pip install {library}"
     )
 

@@ -2,9 +2,10 @@
 """Fits the parameters to a recording, with or without a truth, and writes them for fusion_node.
 
 It prints what the sensors are like, fits candidates from either sensor alone to the whole fusion,
-and chooses the first that does well on parts of the recording that it was not fitted to. The
-baselines are fitted to the same target and written into the same file, for score --params.
-Without a truth it fits to a reference that it reconstructs from both sensors with hindsight.
+and chooses the whole unless something simpler does clearly better on parts of the recording that
+it was not fitted to. The baselines are fitted to the same target and written into the same file,
+for score --params. Without a truth it fits to a reference that it reconstructs from both sensors
+with hindsight.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ class Mode(enum.Enum):
     S2_ONLY = "s1 is lost, s2 alone"
     STALE = "both sensors are lost, nothing is published"
     DISABLED = "disabled by ~/enable"
-    INACTIVE = "managed, publishes once it is activated"
+    INACTIVE = "activate the node to publish"
 
     @property
     def level(self) -> Level:

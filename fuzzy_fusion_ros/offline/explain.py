@@ -42,6 +42,6 @@ def estimate_at(
         for logged in fusion.on_message(message):
             newest = logged
     if newest is None:
-        why = "; ".join([*fusion.notes(), *bag.problems]) or "S1 and S2 have not both spoken"
+        why = "; ".join([*fusion.notes(), *bag.problems]) or "S1 or S2 has no sample yet"
         raise BagError(f"bag {str(bag.path)!r} gives no estimate by {at_s:g} s: {why}")
     return newest, fusion.unit

@@ -19,7 +19,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class Stop:
-    """Turns SIGINT and SIGTERM into a wish to stop, while it lasts.
+    """Context manager: SIGINT and SIGTERM request a stop.
 
     No exception is raised out of the middle of anything. Before there is anything to close,
     :meth:`at_once` lets a signal end the process on the spot: imports and discovery take

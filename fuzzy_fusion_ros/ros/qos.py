@@ -89,7 +89,7 @@ def _profiles(ends: Iterable[Any]) -> str:
         f"{each.node_namespace.rstrip('/')}/{each.node_name} ({describe(each.qos_profile)})"
         for each in ends
     ]
-    return "; ".join(profiles) or "none, it has left"
+    return "; ".join(profiles) or "none: the peer has left"
 
 
 def _words(policy: Any) -> str:

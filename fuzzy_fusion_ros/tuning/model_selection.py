@@ -32,7 +32,7 @@ CLEARLY_BETTER = 0.85
 """A simpler candidate is chosen if its error on unseen blocks is at most this share."""
 
 S1_PAYS = 0.8
-"""Without a truth, S1 must lower the surprise to this of what S2 alone foretells of itself, unless
+"""Without a truth, S1 must lower the surprise to this of what S2 alone predicts of itself, unless
 its changes explain those of S2."""
 
 ENOUGH_S2 = 50

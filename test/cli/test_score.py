@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ from bag.recorded import swing, write_scalars
 from tuning.quick import be_quick
 
 from fuzzy_fusion_ros.baselines import BaselineParameters
+from fuzzy_fusion_ros.cli import check
 from fuzzy_fusion_ros.cli.score import main
 from fuzzy_fusion_ros.jobs.parameter_file import text
 from fuzzy_fusion_ros.parameters.fusion import Parameters
@@ -221,3 +223,13 @@ def test_no_match_is_status_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     said = capsys.readouterr().err
     assert "matched 0 of 100 estimates" in said
     assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize("command", [main, check.main])
+def test_a_bag_named_twice_is_one(
+    command: Callable[..., int], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert command(["nosuch", "nosuch"]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.count("\n") == 1

@@ -70,7 +70,7 @@ def test_an_error_of_the_users_is_one_line(capsys: pytest.CaptureFixture[str]) -
 @pytest.mark.parametrize(
     ("module", "said"),
     [
-        ("mcap.records", "tool: mcap is not installed: in a workspace, src/fuzzy_fusion_ros/"),
+        ("mcap.records", "tool: mcap is not installed: in a workspace, run src/fuzzy_fusion_ros/"),
         (
             "rclpy",
             "tool: needs ROS 2: rclpy is not found; source it, for example /opt/ros/",
