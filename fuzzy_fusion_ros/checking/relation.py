@@ -453,7 +453,7 @@ def _located(grid: _Grid, relation: Relation, tried: _Tried) -> _Located:
     k = int(usable[np.argmax(near[usable])])
     before, top, after = (float(each) for each in near[k - 1 : k + 2])
     bend = 2.0 * top - before - after
-    if bend <= 0.0 or k == 0:
+    if bend <= 0.0:
         return _Located(relation.lag, math.inf)
     lag = float(lags[k]) + 0.5 * grid.step * min(max((after - before) / bend, -1.0), 1.0)
     return _Located(lag, tried.over * (1.0 - min(top, 1.0) ** 2 + MODEL_ERROR) / bend)

@@ -102,8 +102,10 @@ def _timelines(samples: SensorSamples, followed: Flags) -> tuple[NDArray[np.int6
     interval = float(np.median(np.abs(stamp_steps)))
     regular = (stamp_steps > 0.0) & (stamp_steps <= USUAL * interval)
     breaks = (np.abs(np.diff(late)) > STEP) & ~regular & followed
-    if np.count_nonzero(breaks) >= max(ALTERNATING * late.size, FEWEST_BREAKS):
-        return np.where(_near_median(late), 0, -1), True
+    near = _near_median(late)
+    alternates = np.count_nonzero(breaks) >= max(ALTERNATING * late.size, FEWEST_BREAKS)
+    if alternates and not near.all():
+        return np.where(near, 0, -1), True
     starts = np.append(0, np.flatnonzero(breaks) + 1)
     numbers = np.full(late.size, -1, np.int64)
     number, level = -1, np.inf

@@ -21,7 +21,7 @@ FIRST = 10
 """Samples of S2 that its noise, where it is known, counts as at first."""
 
 SHOCK = 25.0
-"""A sample counts as at most so many times the mean: an outlier is none of the moment's noise."""
+"""A sample counts as at most this many times the mean: an outlier says nothing of the noise now."""
 
 
 class Evidence(NamedTuple):
@@ -67,7 +67,7 @@ def deviation(scale: float, floor: float, evidence: Evidence, variance: float) -
 
     Args:
         scale: ``estimate.deviation_scale``.
-        floor: ``s1.noise``: what of S1's noise comes through, unit of the signal.
+        floor: Standard deviation of what is independent of S2's noise, unit of the signal.
         evidence: What S2's innovations say.
         variance: Of what is believed, in units of S2's noise variance.
     """

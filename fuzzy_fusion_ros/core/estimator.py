@@ -157,16 +157,22 @@ def heard_s2(parameters: Parameters, kept: Sensors, stamp_ns: int, value: float)
     longest = timeout_for(parameters.s1.timeout, S1_TIMEOUT, kept.s1.interval)
     is_fresh = seconds_between(kept.s1.stamp_ns, stamp_ns) <= longest
     if observes(parameters) and is_fresh and kept.belief.stamp_ns > 0:
-        return confronted(parameters, sensors)
+        return confronted(parameters, sensors, seconds_between(s2.stamp_ns, kept.s1.stamp_ns))
     if not observes(parameters) and is_fresh and kept.s1.stamp_ns > 0:
         evidence = weighed(kept.evidence, 0.0, kept.s1.smooth.value - value, 1.0)
         return Sensors(kept.s1, s2, kept.belief, evidence)
     return sensors
 
 
-def confronted(parameters: Parameters, kept: Sensors) -> Sensors:
-    """Let the observer believe S2's newest sample, and learn from it how sure it may be."""
-    belief, s1 = believe(parameters, kept.belief, kept.s1, kept.s2)
+def confronted(parameters: Parameters, kept: Sensors, late: float) -> Sensors:
+    """Let the observer believe S2's newest sample, and learn from it how sure it may be.
+
+    Args:
+        parameters: All parameters, or their ``numbers``.
+        kept: What is kept of the sensors.
+        late: How long after its stamp the sample came, seconds, on S1's stamps.
+    """
+    belief, s1 = believe(parameters, kept.belief, kept.s1, kept.s2, late)
     evidence = weighed(kept.evidence, parameters.s2.noise, belief.innovation, belief.variance)
     return Sensors(s1, kept.s2, belief, evidence)
 
@@ -188,12 +194,16 @@ def fused(
     s1 = condition(parameters.s1, kept.s1, s2.rate, decides, stamp_ns, value)
     if observes(parameters):
         belief = moved_on(parameters, kept.belief, kept.s1, s1, s2)
+        if kept.belief.stamp_ns == 0:  # it begins: evidence of the blend is on another scale
+            evidence = no_evidence()
         sensors = Sensors(s1, s2, belief, evidence)
         if mode == FUSED and belief.s2_ns != s2.stamp_ns:
-            sensors = confronted(parameters, sensors)
+            sensors = confronted(parameters, sensors, 0.0)
         fa = believed(sensors.belief, sensors.s1)
         return fa if mode == FUSED else single(fa.value, 1.0), sensors
-    belief = no_belief() if kept.belief.stamp_ns > 0 else kept.belief
+    belief = kept.belief
+    if belief.stamp_ns > 0:  # the observer has been switched off
+        belief, evidence = no_belief(), no_evidence()
     if mode != FUSED:
         return single(s1.smooth.value, 1.0), Sensors(s1, s2, belief, evidence)
     if evidence.samples == 0:  # S2 came before S1
@@ -232,14 +242,16 @@ def without_s1(parameters: Parameters, state: State, stamp_ns: int) -> Estimate:
     """
     s2, evidence = state.sensors.s2, state.sensors.evidence
     late = abs(s2.rate) * (parameters.s2.lag_time_constant + parameters.s2.delay)
-    scale = parameters.estimate.deviation_scale
+    sure = 0.0
+    if evidence.samples > 0:
+        sure = deviation(parameters.estimate.deviation_scale, bounded(late), evidence, 1.0)
     return Estimate(
         mode=S2_ONLY,
-        value=state.sensors.s2.value,
-        aggregate=single(state.sensors.s2.value, 0.0),
+        value=s2.value,
+        aggregate=single(s2.value, 0.0),
         prediction=NO_PREDICTION,
         accepted=False,
-        standard_deviation=deviation(scale, bounded(late), evidence, 1.0),
+        standard_deviation=sure,
     )
 
 

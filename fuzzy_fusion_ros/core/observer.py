@@ -3,7 +3,7 @@
 
 The paper blends S1 with S2 as it comes, and S2 comes late. Here what we believe of the signal,
 ``x = S1 - c`` with S1 conditioned and ``c`` what it is off by, passes a model of S2: a first-order
-lag, then a delay. What comes out is what S2 would show if we were right; S2 minus that is its
+lag, then a delay. What comes out is what S2 would show if we were right; that minus S2 is the
 innovation, the honest difference. It corrects ``c`` by a Kalman filter in which Table 1 says how
 far the sample is believed: S2's noise counts as ``noise / (1 - W1)``. Without lag, and with
 nothing known of ``c``, this is the paper's blend.
@@ -153,7 +153,7 @@ def moved_on(
         s2: S2 as held.
     """
     if kept.stamp_ns == 0 or s1.samples == 1:
-        return started(parameters, kept, s1, s2)
+        return started(parameters, kept, before, s1, s2)
     dt = seconds_between(before.stamp_ns, s1.stamp_ns)
     step = s1.smooth.step
     bias, through, shown = kept.bias, kept.through, kept.shown
@@ -214,18 +214,27 @@ def shown_at(parameters: Parameters, shown: Shown, newest_ns: int, stamp_ns: int
     return delayed(shown.line, newest_ns, shown.lagged, stamp_ns, parameters.s2.delay)
 
 
-def started(parameters: Parameters, kept: Belief, s1: FastSensor, s2: SlowSensor) -> Belief:
+def started(
+    parameters: Parameters, kept: Belief, before: FastSensor, s1: FastSensor, s2: SlowSensor
+) -> Belief:
     """Return the belief at the first sample of S1, or the first after a gap.
 
     S2's model starts from there; the bias and its slope are kept, and are less certain by what
     they may have walked.
+
+    Args:
+        parameters: All parameters, or their ``numbers``.
+        kept: The belief so far: the bias as of ``before``, its covariance as of its stamp.
+        before: S1 before the sample.
+        s1: S1 with it.
+        s2: S2 as held.
     """
     bias, covariance = kept.bias, kept.covariance
     if kept.stamp_ns == 0:
         bias, covariance = 0.0, prior(parameters)
     else:
+        bias = bounded(bias + kept.slope * seconds_between(before.stamp_ns, s1.stamp_ns))
         dt = max(seconds_between(kept.stamp_ns, s1.stamp_ns), 0.0)
-        bias = bounded(bias + kept.slope * dt)
         covariance = walked(parameters, covariance, s2.interval, dt)
     value = s1.smooth.value
     line = extended(empty_line(), s1.stamp_ns, value, parameters.s2.delay)
@@ -249,7 +258,7 @@ def started(parameters: Parameters, kept: Belief, s1: FastSensor, s2: SlowSensor
 
 
 def believe(
-    parameters: Parameters, kept: Belief, s1: FastSensor, s2: SlowSensor
+    parameters: Parameters, kept: Belief, s1: FastSensor, s2: SlowSensor, late: float
 ) -> tuple[Belief, FastSensor]:
     """Correct the belief by a sample of S2; rejected samples of S1 may turn out to be right.
 
@@ -258,6 +267,7 @@ def believe(
         kept: The belief, moved on to S1's newest sample.
         s1: S1, conditioned.
         s2: S2, holding the sample.
+        late: How long after its stamp it came, seconds, on S1's stamps.
 
     Returns:
         The belief after it, and S1, moved to the rejected samples if these explain S2.
@@ -282,7 +292,7 @@ def believe(
         Belief(
             samples=kept.samples + 1,
             s2_ns=s2.stamp_ns,
-            late=max(kept.late, seconds_between(s2.stamp_ns, s1.stamp_ns)),
+            late=max(kept.late, late),
             stamp_ns=max(kept.stamp_ns, s2.stamp_ns),
             bias=bounded(kept.bias + k.bias * innovation),
             slope=bounded(kept.slope + k.slope * innovation),

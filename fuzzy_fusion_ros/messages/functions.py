@@ -124,11 +124,16 @@ def _tilted(vector: Numbers, roll: float, pitch: float) -> Numbers:
 
 
 def _roll_of_vector(vector: Numbers, value: float) -> Numbers:
-    return _tilted(vector, value, _tilt_of(vector)[1])
+    return _tilted(vector, value, _known(_tilt_of(vector)[1]))
 
 
 def _pitch_of_vector(vector: Numbers, value: float) -> Numbers:
-    return _tilted(vector, _tilt_of(vector)[0], value)
+    return _tilted(vector, _known(_tilt_of(vector)[0]), value)
+
+
+def _known(angle: float) -> float:
+    """Return an angle, 0 where a message is blank and has none."""
+    return angle if math.isfinite(angle) else 0.0
 
 
 def _turned(legs: Numbers, value: float) -> Numbers:

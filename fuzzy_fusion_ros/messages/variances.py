@@ -12,6 +12,7 @@ from fuzzy_fusion_ros.messages.field_path import Field, FieldPath, call_in
 from fuzzy_fusion_ros.messages.layout import Layout
 from fuzzy_fusion_ros.messages.resolve import resolve_field
 from fuzzy_fusion_ros.messages.type_fields import FieldType, TypeDescriptions
+from fuzzy_fusion_ros.parameters.errors import MessageError
 
 NO_INFORMATION = 1e6
 """Variance of what is not known, in types without a convention (pose, twist and acceleration with
@@ -48,10 +49,14 @@ def variance_of(types: TypeDescriptions, type_name: str, field: Field) -> Varian
         field: Of that type.
     """
     call = call_in(field.text)
-    path = field.paths[0].text
-    owner, _, member = path.rpartition(".")
+    *above_it, last = field.paths[0].parts
+    if any(part.key is not None for part in above_it):
+        return NONE
+    owners = [
+        part.name if part.element is None else f"{part.name}[{part.element}]" for part in above_it
+    ]
+    owner, member = ".".join(owners), last.name
     axis = call.name if call is not None and len(field.paths) > 1 else member
-    owners = path.split(".")[:-1]
     above, _, group = owner.rpartition(".")
     here = _fields(types, type_name, owners)
     if _is_number(here.get("variance")):
@@ -153,11 +158,13 @@ class Elements:
             values: The numbers, in the order of their paths.
 
         Raises:
-            MessageError: It lacks an element.
+            MessageError: It lacks an element, or a number does not fit into its type.
         """
         changed = bytearray(data)
         for (form, walk), value in zip(self._walks[data[:2]], values, strict=True):
-            struct.pack_into(
-                form, changed, walk(data, ORIGIN), value if form[1] in "fd" else int(value)
-            )
+            at = walk(data, ORIGIN)
+            try:
+                struct.pack_into(form, changed, at, value if form[1] in "fd" else int(value))
+            except (struct.error, OverflowError) as error:
+                raise MessageError(f"variance {value!r} does not fit: {error}") from None
         return bytes(changed)

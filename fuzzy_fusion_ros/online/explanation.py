@@ -27,7 +27,7 @@ def explanation(parameters: Parameters, fused: Fused, unit: str = "") -> str:
         unit: Unit of the signal, ``""`` where it is not known.
     """
     u = f" {unit}" if unit else ""
-    parameters = in_use(parameters, fused.state)
+    given, parameters = parameters, in_use(parameters, fused.state)
     estimate = fused.estimate
     text = f"The estimate {estimate.value:.6g}{u} is "
     if estimate.accepted:
@@ -37,7 +37,10 @@ def explanation(parameters: Parameters, fused: Fused, unit: str = "") -> str:
         by = _observed if observes(parameters) else _blended
         text += by(parameters, fused, u)
         text += _rejected_prediction(parameters, fused, u)
-        text += f". {_advice(parameters.aggregator.weight, estimate.aggregate.strengths)}"
+        if given.self_tuning:
+            text += ". The parameters are measured; to set them, switch self_tuning off."
+        else:
+            text += f". {_advice(parameters.aggregator.weight, estimate.aggregate.strengths)}"
     elif estimate.mode == S1_ONLY:
         text += f"S1 alone{_corrected_s1(parameters, fused, u)}: {_s2_silence(fused)}"
     else:
@@ -48,7 +51,7 @@ def explanation(parameters: Parameters, fused: Fused, unit: str = "") -> str:
 def _blended(parameters: Parameters, fused: Fused, u: str) -> str:
     """Return the paper's blend: both sensors, weighed, and the drift."""
     sensors, aggregate = fused.state.sensors, fused.estimate.aggregate
-    s1, s2 = sensors.s1.smooth.value, sensors.s2.value
+    s1, s2 = sensors.s1.smooth.value - fused.turned, sensors.s2.value - fused.turned
     drift = sign(sensors.s2.rate) * aggregate.drift
     added = (
         f", {'plus' if drift > 0.0 else 'minus'} a drift of {abs(drift):.4g}{u}" if drift else ""
@@ -79,7 +82,7 @@ def _corrected_s1(parameters: Parameters, fused: Fused, u: str) -> str:
     if is_off(parameters.s1):
         return ""
     sensors = fused.state.sensors
-    text = f"{_how(parameters, fused)}, {sensors.s1.smooth.value:.6g}{u}"
+    text = f"{_how(parameters, fused)}, {sensors.s1.smooth.value - fused.turned:.6g}{u}"
     if observes(parameters):
         text += f", minus the {sensors.belief.bias:.6g}{u} that it is off by"
     return text

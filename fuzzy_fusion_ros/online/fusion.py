@@ -147,19 +147,27 @@ class Fusion:
         if estimate.mode == WAITING or stamp_ns <= self._estimated_ns:
             return ()
         self._estimated_ns = stamp_ns
+        turned = 0.0
         if self._period > 0.0:
-            estimate = wrapped(estimate, self._period)
-        return (Fused(stamp_ns, estimate, self._state, self._s2_message),)
+            turned = self._period * turns(estimate.value, 0.0, self._period)
+            estimate = wrapped(estimate, turned)
+        return (Fused(stamp_ns, estimate, self._state, self._s2_message, turned),)
 
 
-def wrapped(estimate: Estimate, period: float) -> Estimate:
-    """Return an estimate above -period/2, up to period/2, all that is behind it turned as much."""
-    turned = period * turns(estimate.value, 0.0, period)
+def wrapped(estimate: Estimate, turned: float) -> Estimate:
+    """Return an estimate with all that is behind it, turned back.
+
+    Args:
+        estimate: The estimate.
+        turned: By how much: whole periods.
+    """
     aggregate, prediction = estimate.aggregate, estimate.prediction
+    if prediction.exists:
+        prediction = prediction._replace(value=prediction.value - turned)
     return estimate._replace(
         value=estimate.value - turned,
         aggregate=aggregate._replace(value=aggregate.value - turned),
-        prediction=prediction._replace(value=prediction.value - turned),
+        prediction=prediction,
     )
 
 

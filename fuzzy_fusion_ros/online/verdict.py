@@ -20,12 +20,14 @@ class Fused:
         estimate: The estimate.
         state: The state of the estimator behind it; two that are equal may differ in this.
         s2_message: The message of the newest S2 sample in it, empty if there is none.
+        turned: What the estimate was turned by, as the signal wraps; the state is not.
     """
 
     stamp_ns: int
     estimate: Estimate
     state: State = field(compare=False, repr=False)
     s2_message: bytes = b""
+    turned: float = 0.0
 
     @property
     def standard_deviation(self) -> float:

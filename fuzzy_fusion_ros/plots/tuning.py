@@ -171,7 +171,7 @@ def _draw_errors(axes: Axes, tuned: Tuned, series: Series, unit: str) -> None:
 
 def _estimate(parameters: Parameters, series: Series) -> Reals:
     """Return the estimate, NaN where there is none."""
-    trace = run(fusion(parameters), series.at_s1())
+    trace = run(fusion(parameters, series.started_ns), series.at_s1())
     return np.where(trace.mode == WAITING, np.nan, trace.value)
 
 

@@ -80,7 +80,7 @@ def tune_page(tuned: Tuned, series: Series, unit: str, name: str, origin: str, s
 
 
 def _trace(parameters: Parameters, series: Series) -> Trace:
-    return run(fusion(parameters), series, compile_from=WORTH_COMPILING)
+    return run(fusion(parameters, series.started_ns), series, compile_from=WORTH_COMPILING)
 
 
 def _known(trace: Trace, values: Reals) -> Reals:

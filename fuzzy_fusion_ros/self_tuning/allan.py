@@ -92,7 +92,8 @@ def root_mean_square(kept: Octaves) -> Reals:
 
 
 def _known(kept: Octaves, means: tuple[Any, ...]) -> Reals:
-    return np.array([m for n, m in zip(kept.counts, means, strict=True) if n >= FEWEST])
+    known = [m for n, m in zip(kept.counts, means, strict=True) if n >= FEWEST]
+    return np.array(known).reshape(-1, means[0].size)
 
 
 def averaging_time(size: Reals, interval: float) -> float:

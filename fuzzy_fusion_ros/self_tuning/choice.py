@@ -65,7 +65,8 @@ def chosen(given: Parameters, measured: Measured, sensors: Sensors, lag: FoundLa
         lag: S2's lag.
     """
     error = root_mean_square(measured.errors)[:, lag.pair]
-    smallest = float(usual(measured.errors)[0, lag.pair])
+    sizes = usual(measured.errors)[:, lag.pair]
+    smallest = float(sizes[0]) if sizes.size else 0.0
     s1_interval, s2_interval = sensors.s1.interval, sensors.s2.interval
     rate = math.sqrt(measured.rate)
     values = {

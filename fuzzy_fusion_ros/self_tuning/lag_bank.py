@@ -88,6 +88,8 @@ def found_lag(
         before: The answer if nothing moved that could tell, or if the longest lag tried is best.
     """
     logs = np.log(np.maximum(usual(errors), _NOTHING))
+    if not len(logs):
+        return before
     is_tried = bank.lags + bank.delays < SHARE_OF_SPAN * span
     for start in range(max(len(logs) - OCTAVES, 0) + 1):
         misfit = logs[start : start + OCTAVES].mean(axis=0)

@@ -251,7 +251,7 @@ def with_deviation(problem: Problem, parameters: Parameters, optimism: float) ->
         optimism: By how much errors on unseen blocks are larger than those fitted to.
     """
     plain = replace(parameters, {"estimate.deviation_scale": 1.0, "s1.noise": 0.0})
-    trace = run(fusion(plain), problem.series)
+    trace = run(fusion(plain, problem.series.started_ns), problem.series)
     where = problem.counted & (trace.standard_deviation > 0.0)
     if not where.any():
         return parameters

@@ -12,6 +12,9 @@ from hypothesis import strategies as st
 from reference import signals
 from reference.observer import observed
 
+from fuzzy_fusion_ros.core.aggregator import no_slow_sensor
+from fuzzy_fusion_ros.core.conditioning import FastSensor, begun
+from fuzzy_fusion_ros.core.deviation import FIRST
 from fuzzy_fusion_ros.core.estimator import (
     FUSED,
     S1_ONLY,
@@ -20,7 +23,9 @@ from fuzzy_fusion_ros.core.estimator import (
     initial_state,
     observe_s2,
     update,
+    without_s1,
 )
+from fuzzy_fusion_ros.core.observer import moved_on, no_belief
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
 
@@ -317,3 +322,42 @@ def test_what_is_finite_stays_finite(samples: list[tuple[float, float]]) -> None
         for each in said:
             assert np.isfinite((each.value, *each.aggregate[:3])).all()
             assert 0.0 <= each.aggregate.weight <= 1.0
+
+
+def sensor(stamp_ns: int, value: float, samples: int) -> FastSensor:
+    return FastSensor(samples, stamp_ns, 0.01, begun(value))
+
+
+def test_a_gap_of_s1_takes_the_slope_once() -> None:
+    """The bias has been moved on to S1's last sample, whenever S2 spoke last."""
+    kept = no_belief()._replace(stamp_ns=10 * SECOND, bias=1.0, slope=0.1)
+    before, s1 = sensor(30 * SECOND, 0.0, 9), sensor(40 * SECOND, 0.0, 1)
+    assert moved_on(LEARNING, kept, before, s1, no_slow_sensor()).bias == pytest.approx(2.0)
+
+
+def test_a_sample_of_s2_from_before_s1_was_not_late() -> None:
+    state = observe_s2(LEARNING, initial_state(LEARNING), SECOND, 1.0)
+    _, state = update(LEARNING, state, 5 * SECOND, 1.0)
+    belief = state.sensors.belief
+    assert (belief.samples, belief.late) == (1, 0.0)
+    state = observe_s2(LEARNING, state, 4 * SECOND, 1.0)
+    assert state.sensors.belief.late == 1.0
+
+
+def test_evidence_begins_again_where_the_observer_is_switched() -> None:
+    """The blend weighs innovations by 1, the observer by what it expects."""
+    _, state = fed(Parameters(), [3.0] * 50, [0.0] * 5, every=10)
+    assert state.sensors.evidence.samples == 5
+    estimate, on = update(LEARNING, state, 2 * SECOND, 3.0)
+    assert on.sensors.evidence.samples <= FIRST + 1  # of the noise, and of the sample of S2 held
+    assert math.isfinite(estimate.standard_deviation)
+    _, off = update(Parameters(), on, 2 * SECOND + STEP, 3.0)
+    assert off.sensors.evidence.samples == 1
+
+
+def test_s2_alone_does_not_say_how_sure_it_is_while_nothing_is_known() -> None:
+    lagging = replace(Parameters(), {"s2.lag_time_constant": 0.5})
+    state = initial_state(lagging)
+    for k in range(5):
+        state = observe_s2(lagging, state, SECOND + k * STEP, float(k))
+    assert without_s1(lagging, state, SECOND + 4 * STEP).standard_deviation == 0.0

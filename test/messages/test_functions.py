@@ -216,3 +216,16 @@ def test_functions_of_a_type_are_listed(world: World) -> None:
         "yaw(poses[0].orientation)",
         "norm(poses[0].position)",
     ]
+
+
+@pytest.mark.parametrize("name", ["roll", "pitch"])
+def test_an_angle_is_written_into_a_blank_vector(world: World, name: str) -> None:
+    codec = ScalarCodec(world.types, IMU, f"{name}(linear_acceleration)")
+    blank = default_message(world.types, IMU, "base_link")
+    written = codec.template(blank).filled(0.3, 5)
+    numbers = [
+        ScalarCodec(world.types, IMU, f"linear_acceleration.{axis}").sample(written, 0).value
+        for axis in "xyz"
+    ]
+    assert all(map(math.isfinite, numbers))
+    assert codec.sample(written, 0).value == pytest.approx(0.3)

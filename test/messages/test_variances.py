@@ -9,9 +9,9 @@ from messages.worlds import World
 from fuzzy_fusion_ros.core.aggregator import Aggregate, FiringStrengths
 from fuzzy_fusion_ros.core.estimator import FUSED, Estimate, initial_state
 from fuzzy_fusion_ros.core.gate import NO_PREDICTION
-from fuzzy_fusion_ros.messages import ScalarCodec, resolve_field
+from fuzzy_fusion_ros.messages import ScalarCodec, default_message, resolve_field
 from fuzzy_fusion_ros.messages.outputs import EstimateMessages
-from fuzzy_fusion_ros.messages.variances import NO_INFORMATION, NONE, variance_of
+from fuzzy_fusion_ros.messages.variances import NO_INFORMATION, NONE, Elements, variance_of
 from fuzzy_fusion_ros.online.verdict import Fused
 from fuzzy_fusion_ros.parameters.errors import MessageError
 from fuzzy_fusion_ros.parameters.fusion import EstimateParameters, Parameters
@@ -106,3 +106,16 @@ def test_a_field_for_the_variance_that_is_not_there_is_refused(world: World) -> 
     codec = ScalarCodec(world.types, "sensor_msgs/msg/Temperature")
     with pytest.raises(MessageError, match="no field 'covariance'"):
         EstimateMessages(world.types, EstimateParameters(variance_field="covariance[0]"), codec)
+
+
+def test_a_name_with_a_dot_is_no_fault(world: World) -> None:
+    joints = "sensor_msgs/msg/JointState"
+    field = resolve_field(world.types, joints, "name=left.wheel:position")
+    assert variance_of(world.types, joints, field) == NONE
+
+
+def test_a_number_that_does_not_fit_is_an_error_of_ours(world: World) -> None:
+    kind = "sensor_msgs/msg/Range"
+    elements = Elements(world.types, kind, ["max_range"])  # a float32
+    with pytest.raises(MessageError, match="does not fit"):
+        elements.written(default_message(world.types, kind, "base_link"), [1e300])

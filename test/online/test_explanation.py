@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 
 import pytest
@@ -218,3 +219,30 @@ def test_a_spike_is_named() -> None:
     assert "S1, rejected as a spike for 0.1 s and carried on, 1 m" in explanation(
         parameters, spike, "m"
     )
+
+
+@pytest.mark.parametrize("bias", [0.0, 2.0])
+def test_the_numbers_are_turned_as_the_estimate_is(bias: float) -> None:
+    """A heading that has wrapped more than once."""
+    period = 2.0 * math.pi
+    parameters = replace(
+        Parameters(), {"signal.period": period, "s1.bias_time_constant": bias, "s2.noise": 0.1}
+    )
+    samples: list[tuple[str, float, float]] = []
+    for k in range(400):
+        angle = 0.05 * k
+        samples += [("s2", 0.01 * k, angle % period)] if k % 10 == 0 else []
+        samples.append(("s1", 0.01 * k, (angle + 0.2) % period))
+    fused = estimates(parameters, samples)[-1]
+    assert abs(fused.turned) > 2.0 * period
+    named, made = said(parameters, fused)
+    assert made == pytest.approx(named, abs=DIGITS * size(fused))
+    assert not fused.estimate.prediction.exists
+    assert fused.estimate.prediction.value == 0.0
+
+
+def test_measured_parameters_are_not_advised_to_be_changed() -> None:
+    parameters = replace(Parameters(), {"self_tuning": True})
+    fused = estimates(parameters, [("s2", 0.0, 1.0), ("s1", 0.01, 1.1), ("s1", 0.02, 1.1)])[-1]
+    text = explanation(parameters, fused, "rad")
+    assert text.endswith("The parameters are measured; to set them, switch self_tuning off.")

@@ -190,3 +190,17 @@ def test_whatever_comes_estimate_and_parameters_are_finite(size: float, seed: in
         assert math.isfinite(estimate.standard_deviation)
     numbers = [each for each in flatten(kept.parameters).values() if isinstance(each, float)]
     assert all(math.isfinite(each) for each in numbers)
+
+
+def test_an_s1_slower_than_s2_is_no_fault() -> None:
+    """As of sensors named the wrong way round: little is known of S1 when S2 is known well."""
+    fusion = Fusion(ON)
+    fused = []
+    for k in range(600):
+        stamp_ns = 10**9 + k * 10**8
+        verdicts = [fusion.on_s2(Sample(stamp_ns, math.sin(0.05 * k)))]
+        if k % 10 == 0:
+            verdicts.append(fusion.on_s1(Sample(stamp_ns, math.sin(0.05 * k) + 0.1)))
+        fused += [each for verdict in verdicts for each in verdict.estimates]
+    assert len(fused) >= 55
+    assert all(math.isfinite(each.estimate.value) for each in fused)
