@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from std_srvs.srv import SetBool, Trigger
 
@@ -28,9 +28,14 @@ from fuzzy_fusion_ros.ros.node import ConfiguredNode
 from fuzzy_fusion_ros.ros.recorder import NoRecorder, recorder_for
 from fuzzy_fusion_ros.self_tuning.choice import MEASURED
 
+if TYPE_CHECKING:
+    from fuzzy_fusion_ros.ros.lifecycle import Lifecycle
+
 
 class FusionNode(ConfiguredNode[Parameters]):
     """Fuses ``s1`` and ``s2`` into ``estimate``."""
+
+    _lifecycle: Lifecycle | None = None
 
     def __init__(self, **options: Any) -> None:
         """Make the node; ``options`` as :class:`ConfiguredNode` takes them.
@@ -39,6 +44,12 @@ class FusionNode(ConfiguredNode[Parameters]):
             FusionError: A parameter, a message type or a field cannot be used.
         """
         super().__init__("fusion_node", Parameters(), **options)
+
+    def destroy_node(self) -> None:
+        """Leave the graph."""
+        super().destroy_node()
+        if self._lifecycle is not None:
+            self._lifecycle.close()
 
     def set_up(self) -> None:
         """Create all that there is, or wait to be configured."""

@@ -53,6 +53,10 @@ class Lifecycle(LifecycleNodeMixin, Node):
         self._managed = managed
         self._kept = _entities(self)
 
+    def close(self) -> None:
+        """Let go of the states, which rclpy leaves to the garbage collector: they hold the node."""
+        self._state_machine.destroy_when_not_in_use()
+
     def _on_change(self, request: Any, response: Any) -> Any:
         """Refuse a transition that the state does not have; rclpy would end the process."""
         try:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable
 from pathlib import Path
 
@@ -130,3 +131,18 @@ def test_cleaned_up_its_bag_is_whole(harness: Harness, change: Change, tmp_path:
     with open_bag(tmp_path / "live") as bag:
         assert bag.problems == []
         assert bag.topics["/estimate"].message_count == 20
+
+
+@pytest.mark.parametrize("transitions", [(), (CONFIGURE,), (CONFIGURE, ACTIVATE)])
+def test_it_leaves_the_graph_at_once(
+    harness: Harness, change: Change, transitions: tuple[int, ...]
+) -> None:
+    """Not only when the garbage collector comes by: rclpy keeps the states, and they the node."""
+    gc.collect()
+    gc.disable()
+    try:
+        node = harness.fusion_node({"lifecycle": True})
+        assert all(map(change, transitions))
+        harness.remove(node)
+    finally:
+        gc.enable()
