@@ -115,9 +115,13 @@ def _jit() -> Callable[[Any], Any]:
     os.environ.setdefault("NUMBA_OPT", "2")
     import numba  # costs start-up time that only long runs win back
 
-    settings: Any = numba.config  # read from the environment when numba was first imported
-    settings.CACHE_DIR = os.environ.get("NUMBA_CACHE_DIR") or str(_cache_directory())
-    jit: Callable[[Any], Any] = numba.njit(nogil=True, cache=True)
+    settings: Any = numba.config
+    directory = os.environ.get("NUMBA_CACHE_DIR") or str(_cache_directory())
+
+    def jit(function: Any) -> Any:
+        settings.CACHE_DIR = directory  # numba forgets it whenever a variable of its own changes
+        return numba.njit(nogil=True, cache=True)(function)
+
     return jit
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import functools
 import importlib.util
+import subprocess
+import sys
 import threading
 from pathlib import Path
 from typing import Any
@@ -132,7 +134,7 @@ def test_a_cache_directory_of_the_users_choice_stands(
 ) -> None:
     monkeypatch.setattr(numba.config, "CACHE_DIR", "")
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    module._jit()
+    module._jit()(sign)
     assert str(tmp_path) == numba.config.CACHE_DIR
 
 
@@ -141,5 +143,32 @@ def test_a_cache_directory_is_set_where_there_was_none(
 ) -> None:
     monkeypatch.setattr(numba.config, "CACHE_DIR", "")
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
-    module._jit()
+    module._jit()(sign)
     assert str(module._cache_directory()) == numba.config.CACHE_DIR
+
+
+ELSEWHERE = """
+import numba
+import os
+from fuzzy_fusion_ros.batch.compiled import compiled
+from fuzzy_fusion_ros.core.aggregator import blend
+from fuzzy_fusion_ros.core.numerics import lag_gain
+compiled(lag_gain)(0.1, 0.2)
+os.environ["NUMBA_NUM_THREADS"] = "1"
+compiled(lag_gain)(0.1, 2)
+print(compiled(blend)(0.5, 1.0, 2.0), compiled(blend).stats.cache_path)
+"""
+
+
+def test_work_stays_there_when_numba_reads_its_variables_again(tmp_path: Path) -> None:
+    """Else it lies beside the sources, where numba takes old code for new after an upgrade."""
+    done = subprocess.run(
+        [sys.executable, "-c", ELSEWHERE],
+        env={"XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": str(Path(module.__file__).parents[2])},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    value, directory = done.stdout.split()
+    assert float(value) == 1.5
+    assert Path(directory).is_relative_to(tmp_path / "fuzzy_fusion_ros")
