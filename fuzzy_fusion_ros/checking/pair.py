@@ -13,7 +13,7 @@ from fuzzy_fusion_ros.checking.finding import Finding, Level
 from fuzzy_fusion_ros.checking.motion import Motion
 from fuzzy_fusion_ros.checking.relation import Kind, Relation
 from fuzzy_fusion_ros.checking.samples import TwoSensors
-from fuzzy_fusion_ros.messages.units import RATES
+from fuzzy_fusion_ros.messages.units import INTEGRALS, RATES
 
 MARGIN = 1.5
 """Evidence by which a fault must be more credible than sensors as they should be: 4.5 to 1."""
@@ -72,9 +72,6 @@ OTHER_MOVES = (1.0, 2.0)
 
 COPIED = 0.99
 """Share of samples that both sensors have in common from which on they are one sensor."""
-
-INTEGRALS = {rate: unit for unit, rate in RATES.items()}
-"""The unit of the integral of a quantity, by the unit of the quantity."""
 
 EXCHANGE_RATE = "--s1 and --s2 exchanged, with s1.kind: rate"
 

@@ -131,13 +131,14 @@ def computed_fields(types: TypeDescriptions, type_name: str) -> list[str]:
     found: list[str] = []
     sizes: list[str] = []
     paths = [path for path, _ in _numbers(types, normalise_type_name(type_name))]
+    known = set(paths)
     for path in paths:
         owner, _, member = path.rpartition(".")
         if path.endswith("fluid_pressure"):
             found.append(f"altitude({path})")
-        if member != "x" or not owner or not {f"{owner}.y", f"{owner}.z"} <= set(paths):
+        if member != "x" or not owner or not {f"{owner}.y", f"{owner}.z"} <= known:
             continue
-        if f"{owner}.w" in paths:
+        if f"{owner}.w" in known:
             found += [f"{name}({owner})" for name in ("roll", "pitch", "yaw")]
             continue
         if "acceleration" in owner:

@@ -42,6 +42,9 @@ _BY_TYPE = {
 RATES = {"m": "m/s", "m/s": "m/s^2", "rad": "rad/s", "rad/s": "rad/s^2"}
 """The unit of the rate of a quantity, by the unit of the quantity."""
 
+INTEGRALS = {rate: unit for unit, rate in RATES.items()}
+"""The unit of the integral of a quantity, by the unit of the quantity."""
+
 
 def unit_of(type_name: str, field: str) -> str:
     """Return the unit that a standard message gives its number.
@@ -109,5 +112,4 @@ def signal_unit(s1: ScalarCodec, s2: ScalarCodec, parameters: Parameters) -> str
         else:
             advice = "choose fields of one unit, or set signal.unit if they do measure the same"
         raise MessageError(f"{', '.join(described)}: {advice}")
-    integrals = {rate: unit for unit, rate in RATES.items()}
-    return unit2 or (integrals.get(unit1, "") if is_rate else unit1)
+    return unit2 or (INTEGRALS.get(unit1, "") if is_rate else unit1)

@@ -93,7 +93,11 @@ class Score(NamedTuple):
     def best_baseline(self) -> str:
         """Name of the baseline, sensors alone included, with the least RMSE: the one to beat."""
         baselines = [name for name in self.values if name in BASELINES]
-        return min(baselines, key=lambda name: self.scores(name)["rmse"])
+        rmse = METRICS["rmse"].function
+        return min(
+            baselines,
+            key=lambda name: rmse(Matched(self.time_s, self.values[name], self.truth)),
+        )
 
     def as_json(self) -> dict[str, Any]:
         """Return what ``score --json`` writes; an unknown unit is null."""

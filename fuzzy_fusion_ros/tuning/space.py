@@ -195,7 +195,7 @@ def bias_axes(sensors: Characteristics) -> list[Axis]:
     lag = max(found.total, sensors.s1_interval)
     longest = max(3.0 * lag, 1.0, 2.0 * shortest)
     sure = 0.06 if sensors.lag.correlation > SURE else 0.02
-    wander = max(sensors.wander, sensors.s2_noise)
+    wander = bias_wander(sensors)
     axes = [
         Axis(
             "s1.lowpass_time_constant",
@@ -258,10 +258,14 @@ def very_large(values: Mapping[str, float]) -> Mapping[str, float]:
     return {"aggregator.weight.very_large": homes.very_large(large)}
 
 
+def bias_wander(sensors: Characteristics) -> float:
+    """Return how far S1's bias scatters, no less than can be told beside S2's noise."""
+    return max(sensors.wander, sensors.s2_noise)
+
+
 def usual_bias_time(sensors: Characteristics) -> float:
     """Return the time constant of a bias that walks as far as S1's was seen to, seconds."""
-    wander = max(sensors.wander, sensors.s2_noise)
-    walk = max(abs(sensors.drift), wander / math.sqrt(sensors.span))
+    walk = max(abs(sensors.drift), bias_wander(sensors) / math.sqrt(sensors.span))
     return sensors.s2_noise * math.sqrt(sensors.s2_interval) / walk
 
 
