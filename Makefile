@@ -47,6 +47,7 @@ docs: venv ## fill tables and pictures of README and docs with what the commands
 	@$(RUN) python docs/make_tuning.py
 	@$(RUN) python docs/make_limitations.py
 	@PYTHONPATH="test$${PYTHONPATH:+:$$PYTHONPATH}" $(RUN) python docs/make_check.py
+	@PYTHONPATH="test$${PYTHONPATH:+:$$PYTHONPATH}" $(RUN) python docs/make_presets.py
 
 .PHONY: site
 site: venv ## build the documentation as a website, into out/site

@@ -67,4 +67,4 @@ def test_before_both_sensors_have_spoken_there_is_no_estimate(
 ) -> None:
     bag = write_scalars(tmp_path / "bag", [Scalar("/s1", 0.0, 1.0), Scalar("/s2", 1.0, 1.0)])
     assert main([str(bag), "--at", "0.5"]) == 2
-    assert "gives no estimate by 0.5 s: S1 and S2 have not both" in capsys.readouterr().err
+    assert "gives no estimate by 0.5 s: S1 or S2 has no sample yet" in capsys.readouterr().err

@@ -43,4 +43,4 @@ def test_what_needs_them_says_so_in_one_line(arguments: tuple[str, ...]) -> None
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1, done.stderr
     assert done.stderr.startswith(f"{arguments[0]}: ")
-    assert " is not installed: in a workspace, src/fuzzy_fusion_ros/install.sh" in done.stderr
+    assert " is not installed: in a workspace, run src/fuzzy_fusion_ros/install.sh" in done.stderr

@@ -50,7 +50,7 @@ def test_it_is_numpys_over_the_whole_series() -> None:
 
 def test_octaves_of_few_differences_say_nothing() -> None:
     assert usual(of(np.zeros((31, 2)), 6)).shape == (2, 2)
-    assert usual(no_octaves(6, 2)).shape == (0,)
+    assert usual(no_octaves(6, 2)).shape == (0, 2)
 
 
 def test_means_do_not_reach_over_a_gap() -> None:
