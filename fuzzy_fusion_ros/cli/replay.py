@@ -3,6 +3,7 @@
 
 The new bag holds the messages of the old one, bytes unchanged, without an old estimate; after each
 message comes what fusion_node would have published because of it: estimate and explanation.
+With --no-explanation only the estimate is written, in less time and space.
 Several bags give several new bags, in the directory --output; one that cannot be replayed is a row
 that says why, and the exit status is then 1.
 
@@ -45,6 +46,7 @@ def _replay(given: argparse.Namespace) -> int:
         parameters=fleet.absolute(given.params, given),
         topics=topics,
         **window,
+        explanation=given.explanation,
         progress=fleet.progress_of(given),
     )
     bags = fleet.bags_of(given)
@@ -98,8 +100,9 @@ def _show_one(output: str, replayed: Replayed) -> None:
 
 
 def _play(given: argparse.Namespace) -> int:
-    if given.output:
-        raise UsageError("--output cannot be used with --live, which writes nothing")
+    if given.output or not given.explanation:
+        option = "--output" if given.output else "--no-explanation"
+        raise UsageError(f"{option} cannot be used with --live, which writes nothing")
     if len(given.bag) > 1 or given.scheduler or given.jobs > 1:
         raise UsageError(
             "--live plays one bag in this process: give one BAG, without --jobs and --scheduler"
@@ -127,6 +130,12 @@ def command_line() -> Parser:
     options.add_params(parser)
     options.add_topics(parser)
     options.add_window(parser)
+    parser.add_argument(
+        "--no-explanation",
+        dest="explanation",
+        action="store_false",
+        help="write the estimate without the topics that explain it",
+    )
     live = parser.add_argument_group("live")
     live.add_argument(
         "--live",

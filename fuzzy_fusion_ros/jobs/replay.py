@@ -26,6 +26,7 @@ def replay(
     topics: Topics | None = None,
     start: float | None = None,
     end: float | None = None,
+    explanation: bool = True,
     progress: Progress = SILENT,
 ) -> Replayed:
     """Run a bag through the fusion into a new bag.
@@ -42,6 +43,7 @@ def replay(
             ``/estimate`` unless given.
         start: Where to start, seconds from the first message of the bag.
         end: Where to end, seconds from the first message of the bag.
+        explanation: Whether to write the explanation topics beside the estimate.
         progress: What shows progress; nothing does unless given.
 
     Returns:
@@ -60,6 +62,7 @@ def replay(
             start,
             end,
             lambda messages: progress.over(messages, "replay", reader.message_count, " messages"),
+            explained=explanation,
         )
         found = warnings_of(reader, wanted, base, start, end)
     return replayed._replace(notes=(*replayed.notes, *found))

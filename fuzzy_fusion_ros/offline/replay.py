@@ -57,6 +57,8 @@ def replay(
     start_s: float | None = None,
     end_s: float | None = None,
     progress: Progress = lambda messages: messages,
+    *,
+    explained: bool = True,
 ) -> Replayed:
     """Run a bag through the fusion into a new bag.
 
@@ -72,6 +74,7 @@ def replay(
         start_s: Where to begin, seconds from the bag's first message.
         end_s: Where to end, before this.
         progress: Passes the messages on.
+        explained: Whether to write the explanation topics beside the estimate.
 
     Raises:
         BagError: S1 or S2 is not in the bag, nothing is in the span, there is no estimate, or the
@@ -83,8 +86,9 @@ def replay(
     bag.require_messages_from(start_s)
     if topics.estimate in {topics.s1, topics.s2}:
         raise BagError(f"topic {topics.estimate} cannot be both a sensor and the estimate")
-    station = _Station(bag, topics, parameters)
-    written = {*station.outputs, explanation_prefix(topics.estimate) + SENTENCE}
+    station = _Station(bag, topics, parameters, explained=explained)
+    prefix = explanation_prefix(topics.estimate)
+    written = {topics.estimate, *(prefix + name for name in (*EXPLANATION, SENTENCE))}
     copied = 0
     with BagWriter(output, bag.types) as writer:
         for topic in bag.topics.values():
@@ -151,15 +155,19 @@ class _Station:
         written: Estimates that were written.
     """
 
-    def __init__(self, bag: BagReader, topics: Topics, parameters: Parameters) -> None:
+    def __init__(
+        self, bag: BagReader, topics: Topics, parameters: Parameters, *, explained: bool
+    ) -> None:
         self._bag = bag
         self._topics = topics
         self._fusion = BagFusion(bag, topics, parameters)
+        self._explained = explained
         self._point = point_template(bag.types)
         self._estimates = EstimateMessages(bag.types, parameters.estimate, self._fusion.s2_codec)
         self._prefix = explanation_prefix(topics.estimate)
         self.outputs = {topics.estimate: self._estimates.codec.type_name}
-        self.outputs |= {self._prefix + name: kind for name, kind in EXPLANATION.items()}
+        if explained:
+            self.outputs |= {self._prefix + name: kind for name, kind in EXPLANATION.items()}
         self._modes = ModeShares()
         self._unwritable = 0
         self._obstacle = ""
@@ -208,7 +216,7 @@ class _Station:
                 continue
             self.written += 1
             yield self._message(self._topics.estimate, log_ns, data)
-            for name, data in explain(self._point, fused):
+            for name, data in explain(self._point, fused) if self._explained else ():
                 yield self._message(self._prefix + name, log_ns, data)
 
     def _say_obstacle(self, fused: Fused, error: MessageError) -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from bag.recorded import messages, swing, write_scalars
 
+from fuzzy_fusion_ros.bag import open_bag
 from fuzzy_fusion_ros.cli import score
 from fuzzy_fusion_ros.cli.replay import main
 
@@ -64,6 +65,16 @@ def test_the_new_bag_is_all_that_score_needs(bag: Path, tmp_path: Path) -> None:
         assert document["matched"] == 500
 
 
+def test_the_estimate_can_be_written_alone(bag: Path, tmp_path: Path) -> None:
+    assert main([str(bag), "--output", str(tmp_path / "all")]) == 0
+    for source in (bag, tmp_path / "all"):  # with and without an old explanation
+        out = tmp_path / f"{source.name}_less"
+        assert main([str(source), "--output", str(out), "--no-explanation"]) == 0
+        with open_bag(out) as reader:
+            assert sorted(reader.topics) == ["/estimate", "/s1", "/s2", "/truth"]
+        assert messages(out) == messages(tmp_path / "all", ["/estimate", "/s1", "/s2", "/truth"])
+
+
 def test_options_are_passed_on(bag: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     arguments = ["--start", "1", "--end", "2", "--s2", "/truth", "--estimate", "/fused"]
@@ -93,6 +104,7 @@ def test_restarts_and_losses_are_told(tmp_path: Path, capsys: pytest.CaptureFixt
         (["BAG", "--loop"], "--rate and --loop require --live"),
         (["BAG", "--live", "--rate", "0"], "--rate: got '0'"),
         (["BAG", "--live", "--output", "x"], "--output cannot be used with --live"),
+        (["BAG", "--live", "--no-explanation"], "--no-explanation cannot be used with --live"),
         (["BAG", "--start", "3", "--end", "1"], "--end must be greater than --start, got 1 and 3"),
         (["BAG", "--start", "9"], "has no message from 9 s on: its last is at 4.990 s"),
         (["BAG", "--start", "9", "--live"], "has no message from 9 s on"),
