@@ -150,7 +150,7 @@ def share(folder):
 
 setup(
     name=PACKAGE,
-    version="0.1.0",
+    version="0.2.0",
     description=(
         "Fuses a fast, noisy sensor with a slow, accurate one by fuzzy rules: live on topics, "
         "offline on bags, with the scores of the filters one would use instead."

@@ -23,7 +23,7 @@ def main() -> None:
 
 
 def _table() -> list[str]:
-    lines = ["| fault | pairs | named | not told | misled |", "|---|---|---|---|---|"]
+    lines = ["| fault | pairs | named | missed | misled |", "|---|---|---|---|---|"]
     for fault in EXPECTED:
         found = rates(fault, SEEDS)
         shares = [_percent(each, found.pairs) for each in (found.named, found.misled)]

@@ -65,12 +65,12 @@ def silent(generator: np.random.Generator, time_s: Reals, truth: Reals) -> tuple
 
 
 CASES: dict[str, tuple[str, Sensors]] = {
-    "S1 noisy and off, S2 late": ("swings", lagging),
+    "S1 noisy and biased, S2 late": ("swings", lagging),
     "white noise only, no lag, a random walk": ("walk", white),
     "S1 drifts, S2 silent for half of each minute": ("swings", silent),
-    "both sensors off by the same from half-time on": ("swings", both_off),
-    "S1 reads 30 % too much": ("swings", stretched),
-    "S2's lag trebles at half-time": ("swings", changed),
+    "both sensors off by the same amount in the second half": ("swings", both_off),
+    "S1 reads 30 % high": ("swings", stretched),
+    "S2's lag triples half way": ("swings", changed),
 }
 
 

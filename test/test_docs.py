@@ -12,6 +12,8 @@ import pytest
 from fuzzy_fusion_ros.messages.outputs import EXPLANATION
 from fuzzy_fusion_ros.nodes.modes import Mode
 from fuzzy_fusion_ros.online.guard import Drop
+from fuzzy_fusion_ros.parameters.file import dumps
+from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -21,6 +23,11 @@ NODE_PAGE = (ROOT / "docs" / "fusion_node.md").read_text()
 def test_the_parameter_table_is_that_of_the_code() -> None:
     made = runpy.run_path(str(ROOT / "docs" / "make_parameters.py"))
     assert made["filled"](NODE_PAGE) == NODE_PAGE
+
+
+def test_the_parameter_file_of_defaults_is_that_of_the_code() -> None:
+    made = runpy.run_path(str(ROOT / "test" / "nodes" / "write_config.py"))
+    assert made["PATH"].read_text() == dumps(Parameters(), made["COMMENTS"])
 
 
 @pytest.mark.parametrize("drop", [each.value for each in Drop])

@@ -72,6 +72,20 @@ def test_the_paper_is_cited() -> None:
     assert paper["title"] in (ROOT / "README.md").read_text()
 
 
+def test_all_name_the_version_of_the_package() -> None:
+    (version,) = re.findall("<version>(.*)</version>", (ROOT / "package.xml").read_text())
+    citation = document("CITATION.cff")
+    fields = {
+        each["id"]: each
+        for each in document(".github/ISSUE_TEMPLATE/bug.yml")["body"]
+        if "id" in each
+    }
+    assert f'version="{version}"' in (ROOT / "setup.py").read_text()
+    assert citation["version"] == version
+    assert f"fuzzy_fusion_ros {version}," in fields["versions"]["attributes"]["placeholder"]
+    assert f"\n{version} ({citation['date-released']})\n" in (ROOT / "CHANGELOG.rst").read_text()
+
+
 def run_action(folder: Path, **inputs: str) -> subprocess.CompletedProcess[str]:
     """Run the last step of the action as GitHub does, with its defaults."""
     action = document("action.yml")

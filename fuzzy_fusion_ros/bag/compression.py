@@ -44,9 +44,9 @@ def decompress(compression: str, data: bytes, size: int = LARGEST) -> bytes:
     if compression == "lz4":
         plain: bytes = lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1)
         if len(plain) > size:
-            raise ValueError(f"it becomes larger than {size} bytes")
+            raise ValueError(f"it decompresses to more than {size} bytes")
         return plain
-    raise ValueError(f"its compression {compression!r} is unknown")
+    raise ValueError(f"unknown compression {compression!r}")
 
 
 def decompress_file(path: Path, target: Path) -> None:
@@ -64,5 +64,6 @@ def decompress_file(path: Path, target: Path) -> None:
             limit -= plain.write(block)
             if limit < 0:
                 raise ValueError(
-                    f"it becomes more than {FILE_RATIO} times as large: decompress it yourself"
+                    f"it decompresses to more than {FILE_RATIO} times its size: "
+                    "decompress it yourself"
                 )

@@ -37,7 +37,7 @@ def installed_definition(msgtype: str) -> Definition:
         BagError: The type or a nested one is not installed.
     """
     if not _NAME.fullmatch(msgtype):
-        raise BagError(f"message type {msgtype!r} has no definition: it is no package/msg/Type")
+        raise BagError(f"message type {msgtype!r} has no definition: expected package/msg/Type")
     texts, missing = _collect(msgtype, "msg")
     if not missing:
         text = texts.pop(msgtype)

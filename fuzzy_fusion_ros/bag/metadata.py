@@ -87,13 +87,13 @@ def read_metadata(directory: Path) -> Metadata:
         raise BagError(f"{path} is refused: {error}") from error
     except (yaml.YAMLError, LookupError, TypeError, ValueError, AttributeError) as error:
         reason = " ".join(str(error).split())
-        raise MetadataError(f"{path} is not rosbag2's: {reason[:200]}") from error
+        raise MetadataError(f"{path} is not valid rosbag2 metadata: {reason[:200]}") from error
 
 
 def _file_name(path: str) -> str:
     name = Path(path).name.encode()
     if not name or len(name) > _LONGEST_NAME or b"\0" in name:
-        raise ValueError(f"{name[:80]!r} is no file name")
+        raise ValueError(f"{name[:80]!r} is not a file name")
     return os.fsdecode(name)
 
 
@@ -194,17 +194,15 @@ def qos_from_text(text: str) -> tuple[Qos, ...]:
     try:
         described = yaml.safe_load(checked_yaml(text, largest=_LONGEST_QOS)) or []
         if not isinstance(described, list):
-            raise TypeError("they are no list")
+            raise TypeError("they are not a list")
         profiles = tuple(parse_qos(described))
         if not all(isinstance(each, int) for profile in profiles for each in _numbers(profile)):
-            raise TypeError("a depth or a duration is no integer")
+            raise TypeError("a depth or a duration is not an integer")
     except YamlLimitError as error:
         raise BagError(f"its offered QoS profiles are refused: {error}") from error
     except (yaml.YAMLError, LookupError, TypeError, ValueError, AttributeError) as error:
         reason = " ".join(str(error).split())
-        raise MetadataError(
-            f"its offered QoS profiles are not rosbag2's: {reason[:200]}"
-        ) from error
+        raise MetadataError(f"its offered QoS profiles are not valid: {reason[:200]}") from error
     return profiles
 
 

@@ -125,7 +125,7 @@ class BagReader:
         missing = [name for name in names if name not in self.topics]
         if missing:
             there = ", ".join(f"{each.name} ({each.msgtype})" for each in self.topics.values())
-            nothing = "; ".join(["no topics at all", *self._problems.lines])
+            nothing = "; ".join(["no topics", *self._problems.lines])
             raise BagError(
                 f"bag {str(self.path)!r} has no topic {', '.join(map(repr, missing))}; "
                 f"it has {there or nothing}"
@@ -218,7 +218,9 @@ class BagReader:
         if seconds is None:
             return otherwise_ns
         if not math.isfinite(seconds):
-            raise BagError(f"span limit {seconds!r} s: expected finite seconds from the begin")
+            raise BagError(
+                f"span limit {seconds!r} s: expected finite seconds from the start of the bag"
+            )
         offset_ns = round(max(-1e10, min(seconds, 1e10)) * 1e9)  # more than a clock can show
         return max(0, min((self.start_ns or 0) + offset_ns, _FOREVER_NS))
 
@@ -277,4 +279,4 @@ def _temporary_directory() -> tempfile.TemporaryDirectory[str]:
     try:
         return tempfile.TemporaryDirectory()
     except OSError as error:
-        raise BagError(f"there is no place to decompress files: {error.strerror}") from error
+        raise BagError(f"no temporary folder to decompress files in: {error.strerror}") from error

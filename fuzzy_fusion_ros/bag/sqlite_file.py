@@ -47,7 +47,7 @@ class SqliteFile:
         try:
             self._database = _connect(path)
         except _DAMAGE as error:
-            raise BagError(f"{str(path)!r} is no readable sqlite3 bag: {error}") from error
+            raise BagError(f"{str(path)!r} is not a readable sqlite3 bag: {error}") from error
         try:
             self._require_plain_tables()
             definitions = self._definitions()
@@ -57,7 +57,7 @@ class SqliteFile:
             topics = {row["id"]: self._topic(row, definitions) for row in rows}
         except (*_DAMAGE, BagError) as error:
             self._database.close()
-            raise BagError(f"{str(path)!r} is no readable sqlite3 bag: {error}") from error
+            raise BagError(f"{str(path)!r} is not a readable sqlite3 bag: {error}") from error
         counts: Counter[int] | None = None
         try:
             ((self.start_ns, self.end_ns),) = self._query(
@@ -106,7 +106,7 @@ class SqliteFile:
                 (start_ns, stop_ns, *wanted),
             ):
                 if not (isinstance(log_ns, int) and isinstance(data, bytes)):
-                    self._note(f"a message behind log time {reached} ns is damaged")
+                    self._note(f"a message after log time {reached} ns is damaged")
                     continue
                 reached = log_ns
                 name, msgtype = wanted[number]
@@ -133,7 +133,7 @@ class SqliteFile:
                 "SELECT 1 FROM pragma_table_xinfo(?) WHERE hidden <> 0", (name,)
             )
             if kind != "table" or "VIRTUAL" in statement.upper() or hidden.fetchone():
-                raise ValueError(f"its {name} is no plain table")
+                raise ValueError(f"its {name} is not a plain table")
 
     def _definitions(self) -> dict[str, Definition]:
         """Return the definitions by type; bags of releases before Iron have none."""

@@ -63,7 +63,7 @@ def find_files(path: Path, problems: Problems) -> tuple[list[Path], Metadata | N
         present = sorted(filter(_is_storage, path.iterdir()), key=_natural)
     except FileNotFoundError:
         raise BagError(
-            f"bag {str(path)!r} does not exist: name a rosbag2 directory or a .mcap"
+            f"bag {str(path)!r} does not exist: give a rosbag2 directory or an .mcap file"
         ) from None
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
@@ -97,14 +97,14 @@ def _without_storage(path: Path, missing: Sequence[str]) -> str:
             f"bag {str(path)!r}: metadata.yaml lists {', '.join(missing)}, but there is no .mcap "
             "or .db3 file: put it back"
         )
-    return f"bag {str(path)!r} holds no .mcap or .db3 file: it is no rosbag2 directory"
+    return f"bag {str(path)!r} holds no .mcap or .db3 file: it is not a rosbag2 directory"
 
 
 def _ros1(path: Path) -> str:
     """Say how to make a ROS 1 bag readable."""
     target = path.with_suffix("")
     return (
-        f"{str(path)!r} is a bag of ROS 1: convert it with "
+        f"{str(path)!r} is a ROS 1 bag: convert it with "
         f"'rosbags-convert --src {path} --dst {target}' and give {target} instead"
     )
 
@@ -132,7 +132,7 @@ def open_file(path: Path, scratch: Path | None, note: Callable[[str], None]) -> 
         if _begins_with(path, _ROS1_MAGIC):
             raise BagError(_ros1(path))
         raise BagError(
-            f"{str(path)!r} is no bag: expected a rosbag2 directory, a .mcap or a .db3 file"
+            f"{str(path)!r} is not a bag: expected a rosbag2 directory, an .mcap or a .db3 file"
         )
     return kind(path, note)
 
@@ -150,7 +150,7 @@ def _decompress(path: Path, scratch: Path, note: Callable[[str], None]) -> Path:
     try:
         decompress_file(path, target)
     except zstandard.ZstdError as error:
-        note(f"it decompresses in part only ({error})")
+        note(f"it decompresses only in part ({error})")
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
         raise BagError(f"{str(path)!r} cannot be decompressed: {reason}") from error

@@ -45,7 +45,7 @@ class BagWriter:
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             if any(self.path.iterdir()):
-                raise BagError(f"bag {str(path)!r} exists: name a new directory or remove it")
+                raise BagError(f"bag {str(path)!r} exists: choose another directory or remove it")
             name = os.fsencode(self.path.resolve().name).decode(errors="replace")
             self._file_name = f"{name}_0.mcap"
             self._file = McapWriter(self.path / os.fsdecode(self._file_name.encode()))
@@ -182,4 +182,4 @@ def _require_text(topic: str) -> None:
     try:
         topic.encode()
     except UnicodeEncodeError:
-        raise BagError(f"topic {topic!r} is no UTF-8: name another one") from None
+        raise BagError(f"topic {topic!r} is not valid UTF-8: choose another name") from None

@@ -175,14 +175,14 @@ def _step(who: str, step: ClockStep, start_ns: int, both: bool) -> Finding:
     at_s = (step.at_ns - start_ns) * 1e-9
     jump = f"timestamps of {who} jump {way} by {duration(abs(step.by))} at {at_s:.1f} s"
     if both:
-        remedy = f"--end {at_s:.1f} or --start {at_s:.1f}, for the part before or after"
+        remedy = f"--end {at_s:.1f} for the part before, --start {at_s:.1f} for the part after"
         return Finding(Level.INFO, "clock step", jump, {}, remedy)
     other = "s2" if who == "s1" else "s1"
     return Finding(Level.ERROR, "clock step", f"{jump}, those of {other} do not", {}, SYNCHRONIZE)
 
 
 def _apart(behind: float, since: str = "") -> Finding:
-    text = f"{apart(behind)} while both arrive{since}"
+    text = f"{apart(behind)} although both arrive together{since}"
     return Finding(Level.ERROR, "clock offset", text, {}, SYNCHRONIZE)
 
 

@@ -73,7 +73,7 @@ OTHER_MOVES = (1.0, 2.0)
 COPIED = 0.99
 """Share of samples that both sensors have in common from which on they are one sensor."""
 
-EXCHANGE_RATE = "--s1 and --s2 exchanged, with s1.kind: rate"
+EXCHANGE_RATE = "swap --s1 and --s2, and set s1.kind: rate"
 
 
 def same_source(sensors: TwoSensors) -> list[Finding]:
@@ -81,7 +81,9 @@ def same_source(sensors: TwoSensors) -> list[Finding]:
     s1, s2 = sensors.s1, sensors.s2
     if s1.topic and (s1.topic, s1.field) == (s2.topic, s2.field):
         text = f"s1 and s2 are both {s1.topic} {s1.field}".rstrip()
-        return [Finding(Level.ERROR, "same topic", text, {}, "--s1 and --s2 of two sensors")]
+        return [
+            Finding(Level.ERROR, "same topic", text, {}, "set --s1 and --s2 to different sensors")
+        ]
     fewer, more = sorted((s2, s1), key=lambda each: each.values.size)
     if fewer.values.size == 0 or np.ptp(fewer.values) == 0.0:
         return []
@@ -93,8 +95,8 @@ def same_source(sensors: TwoSensors) -> list[Finding]:
         return []
     relayed = fewer.values.size >= COPIED * more.values.size
     level = Level.WARNING if relayed else Level.INFO
-    text = f"{fewer.name} is a copy of {more.name}: all its stamps and values are in that"
-    return [Finding(level, "copy", text, {}, "--s1 and --s2 of two sensors")]
+    text = f"{fewer.name} is a copy of {more.name}: every stamp and value of it is also there"
+    return [Finding(level, "copy", text, {}, "set --s1 and --s2 to different sensors")]
 
 
 def same_units(sensors: TwoSensors) -> list[Finding]:
@@ -111,7 +113,7 @@ def same_units(sensors: TwoSensors) -> list[Finding]:
         return [
             Finding(Level.ERROR, "rate", f"{text}: one is the rate of the other", {}, remedy[kind])
         ]
-    return [Finding(Level.ERROR, "units", text, {}, "another topic or field")]
+    return [Finding(Level.ERROR, "units", text, {}, "choose another topic or field")]
 
 
 def kind_by_units(sensors: TwoSensors) -> Kind | None:
@@ -181,7 +183,7 @@ def _odd(best: Relation, plain: Relation | None, by_units: Kind | None, expected
         text = f"s2 is {negated}rate of s1"
         return Finding(Level.ERROR, "rate", text, evidence, EXCHANGE_RATE)
     if best.kind is Kind.VALUE and not is_expected:
-        text = f"s1 is no rate of s2 but {negated}same quantity{size}"
+        text = f"s1 is not the rate of s2 but {negated}same quantity{size}"
         return Finding(Level.ERROR, "rate", text, evidence, "s1.kind: value")
     text = f"s1 has the opposite sign of s2{size}"
     return Finding(Level.ERROR, "sign", text, evidence, *scale)
@@ -218,8 +220,8 @@ def _ambiguous(best: Relation, plain: Relation | None) -> Finding:
     evidence = {"correlation": best.sign * best.correlation}
     if plain is not None:
         evidence["as they are"] = plain.correlation
-    text = f"{what}; this motion looks much the same otherwise"
-    return Finding(Level.INFO, "ambiguous", text, evidence, "a recording with more varied motion")
+    text = f"{what}; in this motion both look much the same"
+    return Finding(Level.INFO, "ambiguous", text, evidence, "record more varied motion")
 
 
 def unrelated(
@@ -239,11 +241,11 @@ def unrelated(
     moves = (_moves(s1) or _moves(s2)) and not (_is_white(s1) or _is_white(s2))
     enough = min(s1.intervals, s2.intervals) >= ENOUGH and moves
     if not enough or by_units is Kind.S1_RATE or best.correlation > UNRELATED * best.chance:
-        text = "s1 and s2 have too little motion in common to be compared"
+        text = "s1 and s2 share too little motion to be compared"
         return [Finding(Level.INFO, "motion", text, {"correlation": best.correlation})]
     evidence = {"correlation": best.correlation, "chance": best.chance}
-    text = "s1 and s2 have no more in common than chance"
-    return [Finding(Level.WARNING, "unrelated", text, evidence, "another topic or field")]
+    text = "s1 and s2 are correlated no better than by chance"
+    return [Finding(Level.WARNING, "unrelated", text, evidence, "choose another topic or field")]
 
 
 def _moves(motion: Motion) -> bool:
@@ -273,9 +275,9 @@ def exchanged(relation: Relation, s1: Motion, s2: Motion) -> list[Finding]:
     seen = [name for name, is_seen in signs.items() if is_seen]
     if len(seen) < 2 or faster < 1.0 / FASTER:
         return []
-    text = f"s1 and s2 look exchanged: s2 is {' and '.join(seen)}"
+    text = f"s1 and s2 look swapped: s2 is {' and '.join(seen)}"
     evidence = {"rate": faster, "noise": noisier, "lag": relation.lag}
-    return [Finding(Level.WARNING, "exchanged", text, evidence, "--s1 and --s2 exchanged")]
+    return [Finding(Level.WARNING, "exchanged", text, evidence, "swap --s1 and --s2")]
 
 
 def _ratio(one: float, other: float) -> float:
@@ -314,7 +316,7 @@ def stuck(name: str, motion: Motion, other_name: str, other: Motion) -> list[Fin
     )
     level = Level.ERROR if whole else Level.WARNING
     evidence = {f"noise of {other_name}": noise}
-    return [Finding(level, "stuck", text, evidence, "the sensor or its driver")]
+    return [Finding(level, "stuck", text, evidence, "check the sensor and its driver")]
 
 
 def _longest_rest(values: Reals) -> tuple[int, int]:

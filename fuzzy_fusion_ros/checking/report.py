@@ -99,7 +99,7 @@ def _characters(check: Check) -> str:
 def _pair(check: Check) -> str:
     lines = []
     if math.isfinite(check.behind) and abs(check.behind) >= SHOWN:
-        lines.append(f"{apart(check.behind)} while both arrive")
+        lines.append(f"{apart(check.behind)} although both arrive together")
     if check.relation is not None:
         relation = check.relation
         way = "lags" if relation.lag >= 0.0 else "leads"
@@ -112,7 +112,7 @@ def _pair(check: Check) -> str:
 
 def _findings(findings: Sequence[Finding]) -> str:
     if not findings:
-        return "nothing is wrong"
+        return "no problems found"
     return "\n".join(
         textwrap.fill(
             f"{each.level.name:7} {each}",

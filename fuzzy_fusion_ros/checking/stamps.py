@@ -168,7 +168,7 @@ def _two_clocks(samples: SensorSamples, majority: Flags) -> Finding:
     apart = float(np.median(late[~majority]) - np.median(late[majority]))
     share = 1.0 - float(np.mean(majority))
     text = f"stamps of {samples.name} alternate between two clocks {duration(abs(apart))} apart"
-    remedy = "one publisher on its topic"
+    remedy = "keep only one publisher on its topic"
     return Finding(Level.ERROR, "two clocks", text, {"share of the second": share}, remedy)
 
 

@@ -182,5 +182,7 @@ def _spikes(name: str, count: int, of: int, size: float) -> Finding:
     text = f"{name} has spikes: {count} of {of} samples jump off and back, half by over {size:.2g}"
     if count < max(MANY_SPIKES[0] * of, MANY_SPIKES[1]):
         return Finding(Level.INFO, "spikes", text, {})
-    remedy = f"s1.spike_threshold: {0.5 * size:.2g}" if name == "s1" else "a filter in its driver"
+    remedy = (
+        f"s1.spike_threshold: {0.5 * size:.2g}" if name == "s1" else "filter them in its driver"
+    )
     return Finding(Level.WARNING, "spikes", text, {}, remedy)

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks the two sensors of a recording, before any filter: what they are like, what is wrong.
+"""Characterises the two sensors of a recording, before any filter, and reports what is wrong.
 
-It looks at rates, gaps, stamps against arrival, clocks that are apart, lag, noise, sign, scale
-(degrees for radians, g for m/s^2, km/h for m/s, Pa for hPa), a rate for a value, angles that wrap,
-spikes and stuck values, and names the parameter or option that mends each. The exit status is 1 if
-something is wrong.
+It checks rates, gaps, stamps against arrival times, clock offsets, lag, noise, sign, scale (degrees
+for radians, g for m/s^2, km/h for m/s, Pa for hPa), a rate in place of a value, angles that wrap,
+spikes and stuck values, and names the parameter or option that fixes each problem. The exit status
+is 1 if a problem is found.
 
-Without topics it lists which numbers of the bag move together, with lag and scale, whatever their
-topics and types are; /s1 and /s2 are checked then only if the bag has them.
+Without topics it lists the numbers in the bag that move together, with their lag and scale,
+whatever their topics and types; /s1 and /s2 are then checked only if the bag has them.
 
-Of several bags there is one table and one JSON document. A bag that cannot be checked is a row that
-says why; the exit status is then 1.
+Several bags give one table and one JSON document. A bag that cannot be checked gets a row with the
+reason, and the exit status is 1.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def _text(found: Mapping[str, CheckResult | Failure]) -> str:
             return each.report()
         findings = () if each.check is None else each.check.findings
         wrong = [str(one) for one in findings if one.level is not Level.INFO]
-        words = "; ".join(wrong) or ("" if each.check else "not checked: no /s1 and /s2")
+        words = "; ".join(wrong) or ("" if each.check else "not checked: it has no /s1 and /s2")
         rows.append((bag, str(len(wrong)), words))
     return fleet.bag_table(rows)
 

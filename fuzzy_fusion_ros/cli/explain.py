@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Says why the estimate at a time in a bag is what it is, and which parameter would change it.
+"""Explains why the estimate at a given time is what it is, and which parameter would change it.
 
-The fusion runs from the bag's first message on, with --params; an estimate in the bag is not
-looked at.
+The fusion runs with --params from the first message of the bag; an estimate recorded in the bag is
+ignored.
 """
 
 from __future__ import annotations

@@ -30,13 +30,14 @@ def add_bags(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         type=_jobs,
         default=1,
-        help="work on this many bags at a time, each in a process of its own {1}",
+        help="process this many bags at a time, each in a process of its own {1}",
     )
     parser.add_argument(
         "--scheduler",
         metavar="ADDRESS",
-        help="work on the cluster of this Dask scheduler, for example tcp://host:8786, whose "
-        "workers see the bags, and all files named here, at the same absolute paths",
+        help="process the bags on the cluster of this Dask scheduler, for example "
+        "tcp://host:8786; its workers must see the bags and all files named here at the same "
+        "absolute paths",
     )
 
 

@@ -67,7 +67,7 @@ def add_window(parser: argparse.ArgumentParser) -> None:
         "--end",
         metavar="S",
         type=seconds,
-        help="end this many seconds after the first message of the bag {its end}",
+        help="end this many seconds after the first message of the bag {end of the bag}",
     )
 
 
@@ -87,14 +87,16 @@ def add_json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--json",
         metavar="FILE",
-        help="write the result as JSON; - writes it to stdout, and all else to stderr",
+        help="write the result as JSON; - writes it to stdout and everything else to stderr",
     )
 
 
 def add_plot(parser: argparse.ArgumentParser) -> None:
     """Add ``--plot``."""
     parser.add_argument(
-        "--plot", metavar="FILE", help="draw a plot; the suffix is the format: .png, .svg or .pdf"
+        "--plot",
+        metavar="FILE",
+        help="draw a plot, in the format of its suffix: .png, .svg or .pdf",
     )
 
 
@@ -103,7 +105,7 @@ def add_report(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--report",
         metavar="FILE.html",
-        help="write a page to explore in a browser, which needs no network",
+        help="write a self-contained page to explore in a browser",
     )
 
 

@@ -40,7 +40,7 @@ def add_verbs(parser: argparse.ArgumentParser) -> None:
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     width = max(map(len, COMMANDS))
     lines = (f"  {name.ljust(width)}  {about}" for name, about in COMMANDS.items())
-    parser.epilog = "\n".join(["verbs; each explains its options with --help:", *lines])
+    parser.epilog = "\n".join(["verbs (VERB --help lists the options):", *lines])
     if completing():
         verbs = parser.add_subparsers(parser_class=argparse.ArgumentParser)
         for name in COMMANDS:

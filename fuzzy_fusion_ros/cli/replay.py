@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs a bag through the fusion into a new bag or, with --live, plays it onto its topics.
 
-The new bag holds the messages of the old one, bytes unchanged, without an old estimate; after each
-message comes what fusion_node would have published because of it: estimate and explanation.
+The new bag holds the messages of the old one, byte for byte, without an old estimate. Each message
+is followed by what fusion_node would have published on receiving it: estimate and explanation.
 With --no-explanation only the estimate is written, in less time and space.
-Several bags give several new bags, in the directory --output; one that cannot be replayed is a row
-that says why, and the exit status is then 1.
+Several bags give several new bags, in the directory --output. A bag that cannot be replayed gets a
+row with the reason, and the exit status is 1.
 
-With --live, every message but the old estimate is published on its topic as soon as S1 and S2 have
-subscribers; /clock follows the times of recording.
+With --live, every message except the old estimate is published on its topic once S1 and S2 have
+subscribers; /clock follows the recorded times.
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ def command_line() -> Parser:
     parser.add_argument(
         "--output",
         metavar="DIR",
-        help="directory of the new bag; of several bags, the directory that theirs are made in "
+        help="directory of the new bag; for several bags, the directory to create theirs in "
         "{the name of BAG with _replay appended, in the current directory}",
     )
     options.add_params(parser)
@@ -140,7 +140,7 @@ def command_line() -> Parser:
     live.add_argument(
         "--live",
         action="store_true",
-        help="publish the messages, and /clock, instead of writing a bag",
+        help="publish the messages and /clock instead of writing a bag",
     )
     live.add_argument(
         "--rate",
@@ -148,5 +148,5 @@ def command_line() -> Parser:
         type=options.number(1e-3, 1e6),
         help="playback speed: seconds of the bag per second {1}",
     )
-    live.add_argument("--loop", action="store_true", help="start over at the end of the bag")
+    live.add_argument("--loop", action="store_true", help="restart at the end of the bag")
     return parser

@@ -72,7 +72,7 @@ def command_line() -> Parser:
         metavar="LIST",
         type=figures_in,
         default=tuple(FIGURES),
-        help="figures to reproduce, for example 6,9-11; only the runs they need are made {6-23}",
+        help="figures to reproduce, for example 6,9-11 {6-23}",
     )
     parser.add_argument(
         "--seeds",

@@ -2,10 +2,10 @@
 """Scores the estimate in a bag, S1, S2 and every baseline against the truth.
 
 The truth is interpolated linearly at the header stamps of the estimates, never extrapolated, and
-all estimators are scored at the same stamps. The estimate is the bag's own; if the bag has none,
-the fusion is run here, with --params. The baselines take their parameters from the file of
---params, if tune wrote it; otherwise they are fitted, by the optimiser of tune, to the very span
-that is scored, which flatters them.
+all estimators are scored at the same stamps. The estimate is the one in the bag; if there is none,
+the fusion is run here, with --params. The baselines take their parameters from the --params file
+if tune wrote it; otherwise the optimiser of tune fits them to the same span that is scored, which
+flatters them.
 """
 
 from __future__ import annotations
@@ -145,6 +145,6 @@ def command_line() -> Parser:
         metavar="PCT",
         type=options.number(0.0, 1e6),
         default=5.0,
-        help="how much worse it may become, in percent {5}",
+        help="by how many percent it may become worse {5}",
     )
     return parser

@@ -57,7 +57,7 @@ def command(name: str) -> Callable[[Main], Callable[..., int]]:
                 say(name, _missing(error))
                 return UNUSABLE
             except MemoryError:
-                say(name, "out of memory: the input needs more than there is")
+                say(name, "out of memory: the input needs more than is available")
                 return UNUSABLE
             except BrokenPipeError:
                 return 128 + signal.SIGPIPE
@@ -128,7 +128,8 @@ def _missing(error: ModuleNotFoundError) -> str:
         raise error
     if library == "rclpy" or library.endswith(("_msgs", "_srvs")):
         return (
-            f"needs ROS 2: {library} is not found; source it, for example /opt/ros/jazzy/setup.bash"
+            f"needs ROS 2, but {library} was not found: source ROS 2, for example "
+            "/opt/ros/jazzy/setup.bash"
         )
     return (
         f"{library} is not installed: in a workspace, run src/fuzzy_fusion_ros/install.sh; "

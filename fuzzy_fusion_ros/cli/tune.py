@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fits the parameters to a recording, with or without a truth, and writes them for fusion_node.
 
-It prints what the sensors are like, fits candidates from either sensor alone to the whole fusion,
-and chooses the whole unless something simpler does clearly better on parts of the recording that
-it was not fitted to. The baselines are fitted to the same target and written into the same file,
-for score --params. Without a truth it fits to a reference that it reconstructs from both sensors
-with hindsight.
+It characterises the sensors, fits candidates from either sensor alone up to the whole fusion, and
+chooses the whole fusion unless something simpler does clearly better on parts of the recording that
+it was not fitted to. The baselines are fitted to the same target and written to the same file, for
+score --params. Without a truth the target is what S2 says, and errors are measured against a
+reference reconstructed from both sensors with hindsight.
 """
 
 from __future__ import annotations

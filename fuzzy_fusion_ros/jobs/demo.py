@@ -172,7 +172,7 @@ def run_live(output: Path, seed: int, seconds: float, progress: Progress = SILEN
                 if node.status is not None:
                     raise DemoError(f"fusion_node has exited: {_last_line(node.stderr)}")
                 if time.monotonic() > deadline:
-                    raise DemoError(f"the live run is not over after {LONGEST:g} s")
+                    raise DemoError(f"the live run did not end within {LONGEST:g} s")
                 with contextlib.suppress(TimeoutError):
                     pendulum.wait(LOOK)
                 advance(_recorded(output / LIVE), round(seconds))
@@ -194,7 +194,7 @@ def real_bags() -> Path:
     folders += [Path(prefix, "share", PACKAGE, "bags") for prefix in prefixes]
     found = next((folder for folder in folders if (folder / REAL).is_dir()), None)
     if found is None:
-        raise DemoError(f"bag {REAL!r} is in none of {', '.join(map(str, folders))}")
+        raise DemoError(f"bag {REAL!r} was not found in {', '.join(map(str, folders))}")
     return found
 
 

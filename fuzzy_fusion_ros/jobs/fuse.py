@@ -111,7 +111,7 @@ def _sensor(name: str, time_s: ArrayLike, values: ArrayLike) -> _Sensor:
             f"{sensor.values.shape}, expected one shape (n,)"
         )
     if not (np.isfinite(sensor.time_s).all() and (np.diff(sensor.time_s) > 0.0).all()):
-        raise FusionError(f"{name}: got times that are not finite or do not rise: sort them")
+        raise FusionError(f"{name}: got times that are not finite or not increasing: sort them")
     return sensor
 
 

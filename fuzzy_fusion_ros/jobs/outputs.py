@@ -62,7 +62,7 @@ def require_writable(*outputs: str | Path | None, inputs: Iterable[object] = ())
                     path.unlink()
                     name = (str(path),)
                 if name in taken:
-                    raise OutputError(f"{str(output)!r} {taken[name]}: name another file to write")
+                    raise OutputError(f"{str(output)!r} {taken[name]}: choose another file")
                 taken[name] = f"is already written as {str(output)!r}"
 
 

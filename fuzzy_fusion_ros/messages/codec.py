@@ -60,7 +60,7 @@ class ScalarCodec:
 
         Raises:
             MessageError: The type, or one in it, is unknown or cannot be read, it has no such
-                field, or the field is no number.
+                field, or the field is not a number.
         """
         type_name = normalise_type_name(type_name)
         self.type_name = type_name
@@ -97,10 +97,10 @@ class ScalarCodec:
                 if nanoseconds >= SECOND_NS:
                     raise StampError(f"a message has {nanoseconds} ns in its timestamp")
         except (struct.error, OverflowError) as error:
-            raise MessageError(f"a message is no {self.type_name}: {error}") from None
+            raise MessageError(f"a message is not a {self.type_name}: {error}") from None
         if not 0 <= excess <= self._slack:
             problem = f"{excess} bytes too many" if excess > 0 else f"{-excess} bytes too few"
-            raise MessageError(f"a message is no {self.type_name}: it has {problem}")
+            raise MessageError(f"a message is not a {self.type_name}: it has {problem}")
         return Sample(stamp_ns, float(value))
 
     def place(self, data: bytes) -> Place:
@@ -154,7 +154,7 @@ class ScalarCodec:
         view = self._views.get(data[:2])
         if view is None:
             raise MessageError(
-                f"a message is no {self.type_name}: it begins with {data[:4]!r}, no CDR"
+                f"a message is not a {self.type_name}: it begins with {data[:4]!r}, not as CDR"
             )
         return view
 

@@ -124,7 +124,7 @@ def _parse_plain(part: str, text: str) -> PathPart:
     match = _PLAIN.fullmatch(part)
     if match is None:
         raise MessageError(
-            f"field {text!r} is no path: {part!r} is not understood; write for example "
+            f"field {text!r} is not a path: {part!r} cannot be parsed; for example "
             "'data', 'point.x', 'position[0]' or 'name=pole:position'"
         )
     return PathPart(match[1], element=None if match[2] is None else int(match[2]))

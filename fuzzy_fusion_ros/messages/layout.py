@@ -125,7 +125,7 @@ class Layout:
         return count * element
 
     def _element(self, field: FieldType, depth: int) -> list[_Part]:
-        """Return what one element of a field consists of, where that is no number."""
+        """Return what one element of a field consists of, where that is not a number."""
         if field.is_message:
             if field.name not in self._messages:
                 self._messages[field.name] = self._message(field.name, depth)

@@ -36,7 +36,7 @@ def resolve_field(types: TypeDescriptions, type_name: str, text: str = "") -> Fi
             arrays and variances, or the only integer where there are no floats.
 
     Raises:
-        MessageError: The type is unknown, has no such field, the field is no number, there is no
+        MessageError: The type is unknown, has no such field, the field is not a number, there is no
             such function or it takes something else, or there is no default; except for the
             first, the error lists the candidates.
     """
@@ -64,7 +64,7 @@ def resolve_field(types: TypeDescriptions, type_name: str, text: str = "") -> Fi
             return Field(text, numbers, form)
     wanted = " or ".join("a quaternion" if len(each.members) == 4 else "a vector" for each in forms)
     raise MessageError(
-        f"field {text!r} of {name}: {call.arguments[0]} is no message with "
+        f"field {text!r} of {name}: {call.arguments[0]} is not a message with "
         f"{', '.join(forms[-1].members)}, expected {wanted}{_advice(types, name)}"
     )
 
@@ -93,7 +93,7 @@ def _has_numbers(types: TypeDescriptions, name: str, members: tuple[str, ...]) -
 def _number(types: TypeDescriptions, name: str, text: str) -> FieldPath:
     field = _walked(types, name, text)
     if field.is_array or not field.is_number:
-        kind = f"{field} is no number" if not field.is_array else f"{field} is a whole array"
+        kind = f"{field} is not a number" if not field.is_array else f"{field} is a whole array"
         raise MessageError(f"field {text!r} of {name}: {kind}{_advice(types, name)}")
     return FieldPath(text, field.name)
 
@@ -167,11 +167,11 @@ def _follow(
     if not part.picks:
         return field
     if not field.is_array:
-        raise refuse(f"{part.name!r} is a {field}, no array")
+        raise refuse(f"{part.name!r} is a {field}, not an array")
     if part.element is not None and field.capacity is not None and part.element >= field.capacity:
-        raise refuse(f"{part.name!r} has {field.capacity} elements at most")
+        raise refuse(f"{part.name!r} has at most {field.capacity} elements")
     if part.names is not None and fields[part.names][:2] != ("string", True):
-        raise refuse(f"{part.names!r} is a {fields[part.names]}, no array of names")
+        raise refuse(f"{part.names!r} is a {fields[part.names]}, not an array of names")
     return FieldType(field.name)
 
 
@@ -189,7 +189,7 @@ def _default_field(types: TypeDescriptions, name: str) -> str:
 def _advice(types: TypeDescriptions, name: str) -> str:
     paths = numeric_fields(types, name)
     if not paths:
-        return "; the type holds no number at all: use another one"
+        return "; the type has no numeric field: use another type"
     more = f" and {len(paths) - _MAX_CANDIDATES} more" if len(paths) > _MAX_CANDIDATES else ""
     functions = computed_fields(types, name)[:_MAX_FUNCTIONS]
     computed = f"; or a function: {', '.join(functions)}" if functions else ""

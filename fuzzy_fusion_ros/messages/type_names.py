@@ -49,7 +49,9 @@ def load_message_class(type_name: str) -> Any:
         found = getattr(importlib.import_module(f"{package}.msg"), short, None)
     except ImportError as error:
         if not _is_absence(error, package):
-            raise MessageError(f"message package {package!r} does not import: {error}") from error
+            raise MessageError(
+                f"message package {package!r} cannot be imported: {error}"
+            ) from error
         found = None
     if not hasattr(found, "get_fields_and_field_types"):
         raise MessageError(_not_installed(name))

@@ -110,6 +110,6 @@ def signal_unit(s1: ScalarCodec, s2: ScalarCodec, parameters: Parameters) -> str
         elif is_rate:
             advice = f"s1.kind: rate needs S1 in {expected}, or signal.unit set"
         else:
-            advice = "choose fields of one unit, or set signal.unit if they do measure the same"
+            advice = "choose fields in the same unit, or set signal.unit if they measure the same"
         raise MessageError(f"{', '.join(described)}: {advice}")
     return unit2 or (INTEGRALS.get(unit1, "") if is_rate else unit1)

@@ -14,9 +14,9 @@ class Mode(enum.Enum):
 
     WAITING = "waiting for both sensors"
     FUSED = "both sensors"
-    S1_ONLY = "s2 is lost, s1 alone"
-    S2_ONLY = "s1 is lost, s2 alone"
-    STALE = "both sensors are lost, nothing is published"
+    S1_ONLY = "s2 timed out, using s1 alone"
+    S2_ONLY = "s1 timed out, using s2 alone"
+    STALE = "both sensors timed out, nothing is published"
     DISABLED = "disabled by ~/enable"
     INACTIVE = "activate the node to publish"
 

@@ -80,7 +80,7 @@ class PendulumNode(ConfiguredNode[PendulumParameters]):
         if time.monotonic() - self._heard > self.parameters.timeout:
             raise PeerError(
                 f"{problem} within {self.parameters.timeout:g} s: start fusion_node so that it "
-                f"takes {self._topics.s1.topic} and {self._topics.s2.topic} and gives "
+                f"subscribes to {self._topics.s1.topic} and {self._topics.s2.topic} and publishes "
                 f"{self._source.topic}"
             )
 

@@ -114,12 +114,12 @@ class _Player(Node):
 
     def _offer(self, topic: Topic) -> None:
         if topic.encoding != "cdr" or topic.other_types:
-            self._notes.append(f"{topic.name} is left out: {topic.obstacle}")
+            self._notes.append(f"{topic.name} is skipped: {topic.obstacle}")
             return
         try:
             message_class = load_message_class(topic.msgtype)
         except MessageError as error:
-            self._notes.append(f"{topic.name} is left out: {error}")
+            self._notes.append(f"{topic.name} is skipped: {error}")
             return
         self._outputs[topic.name] = self.create_publisher(
             message_class, topic.name, _profile(topic)

@@ -85,9 +85,13 @@ class RuleReport:
         if record.predictions < ENOUGH:
             return
         if record.accepted == 0:
-            yield Summary(Level.WARN, "the gate never accepts: raise gate.tolerance, or tune")
+            yield Summary(
+                Level.WARN, "the gate rejects every prediction: raise gate.tolerance, or tune"
+            )
         if record.accepted == record.predictions:
-            yield Summary(Level.WARN, "the gate accepts all: lower gate.tolerance, or tune")
+            yield Summary(
+                Level.WARN, "the gate accepts every prediction: lower gate.tolerance, or tune"
+            )
 
     def _gate_values(self, parameters: Parameters) -> dict[str, object]:
         record = self.record

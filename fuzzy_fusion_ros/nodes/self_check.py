@@ -58,7 +58,7 @@ class SelfCheck:
             self._due = self._reports + min(self._reports, LONGEST)
             self._check()
         summaries = [Summary(Level.WARN, str(each)) for each in self._said.values()]
-        return Report("check", summaries or [Summary(Level.OK, "nothing is wrong")], {})
+        return Report("check", summaries or [Summary(Level.OK, "no problems found")], {})
 
     def _check(self) -> None:
         check = check_recent(self.s1, self.s2, self._parameters)

@@ -37,7 +37,7 @@ def reasons(node: Node, subscription: RawSubscription) -> Iterator[str]:
         )
     similar = [] if publishers else similar_topics(node, topic, own_type)
     if similar:
-        yield f"nobody publishes it; there are {', '.join(similar)}"
+        yield f"it has no publisher; similar topics: {', '.join(similar)}"
 
 
 def similar_topics(node: Node, topic: str, type_name: str) -> list[str]:

@@ -106,7 +106,7 @@ def read_recording(
         if largest > LARGEST:
             raise BagError(
                 f"bag {str(bag.path)!r}: {topics.by_role()[role]} has values up to {largest:.3g}, "
-                f"whose squares overflow: at most {LARGEST:g} can be read; is its field right?"
+                f"whose squares overflow: the limit is {LARGEST:g}; is its field right?"
             )
     return Recording(
         name=str(bag.path),
@@ -171,8 +171,8 @@ def _read_one_by_one(
     for role, reader in readers.items():
         notes += reader.notes()
         if reader.is_empty and role in {"s1", "s2"}:
-            why = "; ".join(reader.notes()) or "it has no message in this span"
-            raise BagError(f"bag {str(bag.path)!r}: nothing on {reader.topic} can be used: {why}")
+            why = "; ".join(reader.notes()) or "no message in this span"
+            raise BagError(f"bag {str(bag.path)!r}: no usable message on {reader.topic}: {why}")
     tracks = {role: reader.track() for role, reader in readers.items()}
     return Samples(tracks, steps.series(intake.s1.first_ns)), notes
 

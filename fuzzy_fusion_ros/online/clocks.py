@@ -41,7 +41,7 @@ def clock_problem(s1: Guard, s2: Guard, s1_timeout: float, s2_timeout: float) ->
     harmless = min(SUSPICIOUS, s2_timeout if offset > 0.0 else s1_timeout)
     if abs(offset) <= harmless and min(s1.delay, s2.delay) >= -NOTICEABLE:
         return ""
-    return f"{apart(offset)} while both arrive: {SYNCHRONIZE}"
+    return f"{apart(offset)} although both arrive together: {SYNCHRONIZE}"
 
 
 def apart(behind: float) -> str:

@@ -38,7 +38,7 @@ def explanation(parameters: Parameters, fused: Fused, unit: str = "") -> str:
         text += by(parameters, fused, u)
         text += _rejected_prediction(parameters, fused, u)
         if given.self_tuning:
-            text += ". The parameters are measured; to set them, switch self_tuning off."
+            text += ". The parameters are measured; to set them yourself, switch self_tuning off."
         else:
             text += f". {_advice(parameters.aggregator.weight, estimate.aggregate.strengths)}"
     elif estimate.mode == S1_ONLY:
@@ -71,8 +71,8 @@ def _observed(parameters: Parameters, fused: Fused, u: str) -> str:
     believed = 100.0 * (1.0 - fused.estimate.aggregate.weight)
     return (
         f"S1{_corrected_s1(parameters, fused, u)}: S2, {_s2_age(fused):.3g} s old, was "
-        f"{abs(innovation):.3g}{u} {direction} what the estimate led to expect of it "
-        f"({_apart(fused)} large), which is believed by {believed:.3g} %, and S2 moved at "
+        f"{abs(innovation):.3g}{u} {direction} what the estimate predicted for it "
+        f"({_apart(fused)} large), of which {believed:.3g} % is believed, and S2 moved at "
         f"{_rate(fused, u)}"
     )
 
@@ -84,7 +84,7 @@ def _corrected_s1(parameters: Parameters, fused: Fused, u: str) -> str:
     sensors = fused.state.sensors
     text = f"{_how(parameters, fused)}, {sensors.s1.smooth.value - fused.turned:.6g}{u}"
     if observes(parameters):
-        text += f", minus the {sensors.belief.bias:.6g}{u} that it is off by"
+        text += f", minus its bias, {sensors.belief.bias:.6g}{u}"
     return text
 
 
@@ -118,7 +118,7 @@ def _rejected_prediction(parameters: Parameters, fused: Fused, u: str) -> str:
         return ""
     return (
         f"; the prediction, {prediction.value:.6g}{u}, is further away than gate.tolerance, "
-        f"{parameters.gate.tolerance:.3g}{u}, and does not count"
+        f"{parameters.gate.tolerance:.3g}{u}, and is ignored"
     )
 
 

@@ -67,9 +67,9 @@ def load(path: str | Path, node_name: str = "fusion_node") -> dict[str, Any]:
         else:
             others.append(owner)
     if not found:
-        names = ", ".join(others) or "no node at all"
+        names = ", ".join(others) or "no node"
         raise ParameterFileError(
-            path, f"nothing in it is for {node_name}; it is for {names}: rename the entry"
+            path, f"it has no entry for {node_name}, only for {names}: rename the entry"
         )
     return found
 
@@ -147,7 +147,7 @@ def refuse(name: str, value: object, described: Mapping[str, Descriptor]) -> Non
     """
     if name not in described:
         close = difflib.get_close_matches(name, list(described), n=1, cutoff=0.6)
-        advice = f"did you mean {close[0]}?" if close else f"known are {', '.join(described)}"
+        advice = f"did you mean {close[0]}?" if close else f"expected one of {', '.join(described)}"
         raise ParameterError(name, f"unknown; {advice}")
     if isinstance(value, bool) and described[name].kind is str:
         raise ParameterError(name, f"got {value!r}, expected text: quote words like 'y' and 'on'")
@@ -183,7 +183,7 @@ def _sections(path: str | Path) -> Iterator[tuple[str, dict[str, Any]]]:
         root = yaml.compose(text, LOADER)
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         reason = " ".join(str(error).split())
-        raise ParameterFileError(path, f"is no YAML: {reason}") from None
+        raise ParameterFileError(path, f"is not valid YAML: {reason}") from None
     except (OSError, ValueError) as error:
         reason = str(error.strerror if isinstance(error, OSError) else error)
         raise ParameterFileError(path, f"cannot be read: {reason}") from None

@@ -17,8 +17,8 @@ from fuzzy_fusion_ros.parameters.group import Group, group, integer, real, switc
 class BreakPoints(Group):
     """Fig. 4: where *large* starts to rise from 0, and where it reaches 1."""
 
-    small: float = real(0.0, "up to here the input is fully small")
-    large: float = real(1.0, "from here on the input is fully large")
+    small: float = real(0.0, "at and below this the input is entirely small")
+    large: float = real(1.0, "at and above this the input is entirely large")
 
     def check_together(self) -> None:
         """Check that the ramp rises.
@@ -61,7 +61,7 @@ class Weights(Group):
 class Drifts(Group):
     """Table 1, drift: what is added in the direction of the signal's motion."""
 
-    small: float = real(0.0, "drift under every other rule", unit="signal")
+    small: float = real(0.0, "drift under all other rules", unit="signal")
     large: float = real(
         0.126, "drift when the difference is small and the rate large", unit="signal"
     )
@@ -75,7 +75,7 @@ class AggregatorParameters(Group):
     rate: BreakPoints = group(BreakPoints(0.01, 1.75))
     rate_time_constant: float = real(
         0.025,
-        "time constant of the low-pass on dS2/dt; 0 is the bare difference",
+        "time constant of the low-pass on dS2/dt; 0: the plain difference quotient",
         unit="s",
         high=1e6,
     )
@@ -87,14 +87,14 @@ class AggregatorParameters(Group):
 class PredictorParameters(Group):
     """The fuzzy predictor, method § 3."""
 
-    enabled: bool = switch(False, "whether the fuzzy predictor runs")
+    enabled: bool = switch(False, "run the fuzzy predictor")
     samples: int = integer(20, "number n of previous estimates kept", low=3, high=200)
     rules: int = integer(5, "number M of rules", low=2, high=50)
-    slope: float = real(0.9, "slope of the steepest of the first rules", unit="signal/s", low=1e-9)
-    lead: float = real(2.3, "steps that the first rules look ahead", unit="steps", high=100.0)
+    slope: float = real(0.9, "slope of the steepest initial rule", unit="signal/s", low=1e-9)
+    lead: float = real(2.3, "steps that the initial rules look ahead", unit="steps", high=100.0)
     learning_rate: float = real(0.005, "step size of the gradient descent", high=1.0)
     error_threshold: float = real(1e-3, "training stops below this error", unit="signal")
-    max_iterations: int = integer(1, "bound on training steps at each sample", low=0, high=1000)
+    max_iterations: int = integer(1, "maximum training steps per sample", low=0, high=1000)
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,9 @@ class GateParameters(Group):
     """The validity gate, method § 4."""
 
     tolerance: float = real(
-        0.04, "largest distance of prediction and aggregate at which both count", unit="signal"
+        0.04,
+        "largest distance between prediction and aggregate at which they are averaged",
+        unit="signal",
     )
 
 
@@ -113,23 +115,23 @@ class SensorParameters(Group):
     type: str = text("geometry_msgs/msg/PointStamped", "message type, as package/msg/Type")
     field: str = text(
         "",
-        "path of the number in the message, or a function of paths such as yaw(orientation); empty "
-        "for the type's own",
+        "path of the number in the message, or a function of paths such as yaw(orientation); "
+        "empty: the default of the type",
     )
     scale: float = real(
         1.0,
-        "the sensor's value is this times the field, plus offset; not 0",
+        "factor on the field: the sensor's value is scale * field + offset; not 0",
         low=-1e12,
         high=1e12,
         fixed=True,
     )
     offset: float = real(
-        0.0, "added to the scaled field", unit="signal", low=-1e12, high=1e12, fixed=True
+        0.0, "offset added to the scaled field", unit="signal", low=-1e12, high=1e12, fixed=True
     )
     timeout: float = real(
         0.0,
-        "without a sample for longer the sensor is lost and its history restarts; 0 is automatic: "
-        "five of its intervals, but at least 1 s for S1 and 5 s for S2",
+        "after this long without a sample the sensor counts as lost and its history restarts; 0: "
+        "automatic, five of its intervals, but at least 1 s for S1 and 5 s for S2",
         unit="s",
     )
 
@@ -149,29 +151,31 @@ class FastSensorParameters(SensorParameters):
 
     kind: str = text(
         "value",
-        "value: S1 measures what S2 does; rate: it measures its time derivative, and is integrated",
+        "value: S1 measures the same as S2; rate: it measures the derivative and is integrated",
         choices=("value", "rate"),
     )
     spike_threshold: float = real(
-        0.0, "a step of S1 beyond this is a spike and left out; 0 is off", unit="signal"
+        0.0, "a step of S1 beyond this is rejected as a spike; 0: off", unit="signal"
     )
     lowpass_time_constant: float = real(
-        0.0, "time constant of the low-pass on S1; 0 is off", unit="s", high=1e6
+        0.0, "time constant of the low-pass on S1; 0: off", unit="s", high=1e6
     )
     noise: float = real(
-        0.0, "what of S1's noise comes through, a part of the standard deviation", unit="signal"
+        0.0,
+        "noise of S1 that reaches the estimate, a part of its standard deviation",
+        unit="signal",
     )
     bias_time_constant: float = real(
         0.0,
-        "time constant with which S1's bias is learnt from S2 through its lag; 0 is off: "
+        "time constant for learning S1's bias from S2, through S2's lag (the observer); 0: off, "
         "the paper's blend",
         unit="s",
     )
     bias_prior: float = real(
-        0.0, "how large the bias may be before S2 has spoken; 0: nothing is known", unit="signal"
+        0.0, "standard deviation of S1's bias before the first S2; 0: unknown", unit="signal"
     )
     drift_time_constant: float = real(
-        0.0, "time constant with which the bias's slope is learnt; 0 is no slope", unit="s"
+        0.0, "time constant for learning the slope of S1's bias; 0: no slope", unit="s"
     )
 
 
@@ -181,7 +185,7 @@ class SlowSensorParameters(SensorParameters):
 
     noise: float = real(
         0.0,
-        "standard deviation of S2's noise, the unit of all certainty; 0: not known",
+        "standard deviation of S2's noise, the scale of all uncertainty; 0: unknown",
         unit="signal",
     )
     lag_time_constant: float = real(0.0, "time constant of S2's lag", unit="s", high=1e6)
@@ -192,12 +196,10 @@ class SlowSensorParameters(SensorParameters):
 class SignalParameters(Group):
     """The quantity that both sensors measure."""
 
-    unit: str = text(
-        "", "unit of the signal; empty for that of the message types, which must then be one"
-    )
+    unit: str = text("", "unit of the signal; empty: that of the message types, which must agree")
     period: float = real(
         0.0,
-        "a full turn of a signal that wraps: 6.283185307179586 for rad, 360 for degrees; 0: none",
+        "period of a signal that wraps: 6.283185307179586 for rad, 360 for degrees; 0: none",
         unit="signal",
         fixed=True,
     )
@@ -207,16 +209,16 @@ class SignalParameters(Group):
 class EstimateParameters(Group):
     """The output message, a copy of S2's latest unless named, and how sure it is."""
 
-    type: str = text("", "message type of the estimate; empty for S2's")
-    field: str = text("", "path of the scalar in the estimate; empty for S2's or the type's own")
+    type: str = text("", "message type of the estimate; empty: that of S2")
+    field: str = text(
+        "", "path of the number in the estimate; empty: that of S2, or the default of the type"
+    )
     variance_field: str = text(
         "",
         "path of the estimate's variance in its message, such as variance or pose.covariance[35]; "
-        "empty: a variance that belongs to the number is set to unknown",
+        "empty: a variance that belongs to the number is marked as unknown",
     )
-    deviation_scale: float = real(
-        1.0, "factor of the standard deviation, which tune fits", high=1e6
-    )
+    deviation_scale: float = real(1.0, "factor on the standard deviation, fitted by tune", high=1e6)
 
 
 @dataclass(frozen=True)
@@ -229,12 +231,14 @@ class Parameters(Group):
     estimate: EstimateParameters = group(EstimateParameters())
     trigger: str = text(
         "s1",
-        "s1: at every S1 sample, newest S2 held; pair: when S1 and S2 of one stamp are there; "
-        "timer: at rate",
+        "s1: at every S1 sample, newest S2 held; pair: when S1 and S2 with equal stamps have "
+        "arrived; timer: at rate",
         choices=("s1", "pair", "timer"),
     )
     rate: float = real(100.0, "rate of the timer trigger", unit="Hz", low=1e-3, high=1e4)
-    future_tolerance: float = real(10.0, "a stamp further ahead of the clock is dropped", unit="s")
+    future_tolerance: float = real(
+        10.0, "samples stamped further ahead of the clock are dropped", unit="s"
+    )
     qos: str = text(
         "sensor_data",
         "quality of service of both inputs: best effort or reliable delivery",
@@ -242,13 +246,15 @@ class Parameters(Group):
     )
     self_tuning: bool = switch(
         False,
-        "whether the conditioning of S1, the model of S2 and the rules are measured while it runs; "
-        "their parameters then do not count",
+        "measure the conditioning of S1, the model of S2 and the rules while running; their "
+        "parameters are then ignored",
         fixed=True,
     )
-    record: str = text("", "bag directory to record inputs and outputs to; empty for none")
+    record: str = text("", "bag directory to record inputs and outputs to; empty: none")
     lifecycle: bool = switch(
-        False, "be a managed node: silent until it is configured and activated", fixed=True
+        False,
+        "run as a managed (lifecycle) node, silent until configured and activated",
+        fixed=True,
     )
     aggregator: AggregatorParameters = group(AggregatorParameters())
     predictor: PredictorParameters = group(PredictorParameters())

@@ -181,7 +181,7 @@ def replace(parameters: G, changes: Mapping[str, object]) -> G:
     for name, value in changes.items():
         head, dot, rest = name.partition(".")
         if head not in known or isinstance(known[head], Group) != bool(dot):
-            raise ParameterError(name, f"unknown; known here: {', '.join(flatten(parameters))}")
+            raise ParameterError(name, f"unknown; expected one of {', '.join(flatten(parameters))}")
         if dot:
             nested.setdefault(head, {})[rest] = value
         else:

@@ -53,8 +53,8 @@ def checked_yaml(text: str, *, largest: int = LARGEST, aliases: bool = True) -> 
         aliases: Whether there may be aliases.
 
     Raises:
-        YAMLError: It is no YAML; a :class:`YamlLimitError` if it is too large, too deep, or
-            an alias is within what it stands for.
+        YAMLError: It is not valid YAML; a :class:`YamlLimitError` if it is too large, too deep, or
+            an alias contains itself.
     """
     if len(text) > largest:
         raise YamlLimitError(f"it is longer than {largest} characters")
@@ -74,7 +74,7 @@ def checked_yaml(text: str, *, largest: int = LARGEST, aliases: bool = True) -> 
             if not aliases:
                 raise YamlLimitError(f"it has an alias, {anchor!r}; ROS supports none")
             if anchor in (owner for owner, _ in open_):
-                raise YamlLimitError(f"alias {anchor!r} is within what it stands for")
+                raise YamlLimitError(f"alias {anchor!r} contains itself")
             count = anchors.get(anchor or "", 1)  # the loader refuses an unknown one
             anchor = None
         elif not isinstance(event, yaml.ScalarEvent):

@@ -132,7 +132,7 @@ class ConfiguredNode(Node, Generic[G]):
         for name in self._parameter_overrides:
             if not self.has_parameter(name):  # of a topic that is not there
                 known = ", ".join(n for n in self._parameters if n.startswith("qos_overrides."))
-                raise ParameterError(name, f"unknown; known are {known}")
+                raise ParameterError(name, f"unknown; expected one of {known}")
 
     def fail(self, error: FusionError) -> None:
         """End the node because of an error."""

@@ -88,11 +88,11 @@ def _checked(function: Callable[[Matched], float]) -> Callable[[Matched], float]
         if len(shapes) != 1 or matched.time_s.ndim != 1:
             raise ScoreError(f"got arrays of shapes {sorted(shapes)}, expected three of one (n,)")
         if matched.time_s.size == 0:
-            raise ScoreError("got no sample, expected one at least")
+            raise ScoreError("got no sample, expected at least one")
         if not all(np.isfinite(array).all() for array in matched):
             raise ScoreError("got a number that is not finite, expected finite ones only")
         if not (np.diff(matched.time_s) > 0.0).all():
-            raise ScoreError("got times that do not rise, expected rising ones")
+            raise ScoreError("got times that do not increase, expected increasing ones")
         return function(matched)
 
     return check

@@ -27,7 +27,7 @@ def read_scores(path: str | Path) -> dict[str, Any]:
     except OSError as error:
         raise ScoreError(f"baseline {str(path)!r} cannot be read: {error.strerror}") from None
     except (ValueError, RecursionError) as error:
-        raise ScoreError(f"baseline {str(path)!r} is no JSON: {error}") from None
+        raise ScoreError(f"baseline {str(path)!r} is not JSON: {error}") from None
     if not isinstance(document, dict):
         raise ScoreError(f"baseline {str(path)!r} is not what score --json writes")
     return document
@@ -68,14 +68,14 @@ def _matched(document: Mapping[str, Any]) -> float:
     try:
         return float(document["matched"]) / float(document["of"])
     except (LookupError, TypeError, ValueError, ZeroDivisionError):
-        raise ScoreError("baseline is no score: it lacks 'matched' and 'of'") from None
+        raise ScoreError("baseline is not a score: it lacks 'matched' and 'of'") from None
 
 
 def _metric(document: Mapping[str, Any], name: str) -> float:
     try:
         value = float(document["estimators"]["estimate"][name])
     except (LookupError, TypeError, ValueError):
-        raise ScoreError(f"baseline is no score: it lacks the estimate's {name!r}") from None
+        raise ScoreError(f"baseline is not a score: it lacks the estimate's {name!r}") from None
     if not math.isfinite(value):
-        raise ScoreError(f"baseline is no score: the estimate's {name!r} is {value!r}")
+        raise ScoreError(f"baseline is not a score: the estimate's {name!r} is {value!r}")
     return value

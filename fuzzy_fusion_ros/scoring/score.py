@@ -268,7 +268,7 @@ def _fused(series: Series, parameters: Parameters) -> Trace:
 def _single(values: Mapping[str, Reals]) -> list[str]:
     """Say where the estimate is one sensor throughout, digit for digit."""
     return [
-        f"the estimate is {name} alone throughout: the other sensor never counted"
+        f"the estimate is {name} alone throughout: the other sensor was never used"
         for name in ("s1", "s2")
         if np.array_equal(values["estimate"], values[name])
     ]

@@ -74,9 +74,9 @@ def candidates_for(sensors: Characteristics, with_truth: bool = True) -> list[Ca
     lost = LOST_AFTER * sensors.s2_interval + sensors.s2_delivery
     patient = max(lost, 2.0 * sensors.s2_gap + sensors.s2_delivery)
     return [
-        Candidate("s2", "S2 as it comes", _alone(0.0, patient)),
-        Candidate("s1", "S1 as it comes", _alone(1.0, lost)),
-        Candidate("aggregator", "the paper's rules, S1 as it comes", _aggregator(sensors, lost)),
+        Candidate("s2", "raw S2", _alone(0.0, patient)),
+        Candidate("s1", "raw S1", _alone(1.0, lost)),
+        Candidate("aggregator", "the paper's rules on raw S1", _aggregator(sensors, lost)),
         Candidate(
             "bias",
             "S1 minus its bias, learnt from S2",
@@ -85,7 +85,7 @@ def candidates_for(sensors: Characteristics, with_truth: bool = True) -> list[Ca
         Candidate("slope", "the bias with a slope", _observer("slope", sensors, lost, with_truth)),
         Candidate(
             "full",
-            "the same, S2 believed by the rules",
+            "the same, S2 trusted by the rules",
             _observer("full", sensors, lost, with_truth),
         ),
     ]

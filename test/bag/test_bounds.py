@@ -56,7 +56,7 @@ def test_what_fits_is_decompressed(kind: str, data: bytes) -> None:
 
 
 def test_an_unknown_compression_is_refused() -> None:
-    with pytest.raises(ValueError, match="'br' is unknown"):
+    with pytest.raises(ValueError, match="unknown compression 'br'"):
         decompress("br", DATA)
 
 
@@ -71,7 +71,7 @@ def test_a_file_may_become_a_hundred_times_as_large(
     decompress_file(path, target)
     assert target.read_bytes() == DATA
     monkeypatch.setattr(compression, "FILE_RATIO", ratio - 1)
-    with pytest.raises(ValueError, match=f"more than {ratio - 1} times as large"):
+    with pytest.raises(ValueError, match=f"more than {ratio - 1} times its size"):
         decompress_file(path, target)
 
 

@@ -225,7 +225,9 @@ def ros1_bag(path: Path) -> Path:
 def test_a_bag_of_ros_1_names_the_converter(tmp_path: Path, name: str) -> None:
     """By its suffix, by its content, or alone in a directory."""
     path = ros1_bag(tmp_path / (name or "run.bag"))
-    with pytest.raises(BagError, match=r"of ROS 1: convert it with 'rosbags-convert --src .*run"):
+    with pytest.raises(
+        BagError, match=r"is a ROS 1 bag: convert it with 'rosbags-convert --src .*run"
+    ):
         open_bag(path if name else tmp_path)
 
 
@@ -256,5 +258,5 @@ def test_a_missing_storage_file_is_named(tmp_path: Path) -> None:
         open_bag(directory)
     shutil.rmtree(directory)
     directory.mkdir()
-    with pytest.raises(BagError, match="it is no rosbag2 directory"):
+    with pytest.raises(BagError, match="it is not a rosbag2 directory"):
         open_bag(directory)

@@ -58,7 +58,7 @@ GOOD: dict[str, Any] = dict(dump_qos_v9([offered_qos()])[0])
     ],
 )
 def test_what_is_no_profile_is_refused(text: str) -> None:
-    with pytest.raises(BagError, match="are not rosbag2's"):
+    with pytest.raises(BagError, match="are not valid"):
         qos_from_text(text)
 
 

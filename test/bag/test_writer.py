@@ -218,7 +218,7 @@ def test_a_type_without_any_definition_is_refused(
 
 def test_a_directory_that_holds_something_is_refused(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("keep me")
-    with pytest.raises(BagError, match=r"exists: name a new directory or remove it"):
+    with pytest.raises(BagError, match=r"exists: choose another directory or remove it"):
         BagWriter(tmp_path)
     assert (tmp_path / "notes.txt").read_text() == "keep me"
 
@@ -371,7 +371,7 @@ def test_after_a_kill_all_whole_chunks_are_readable(tmp_path: Path) -> None:
         assert found == messages[: len(found)]
         assert len(found) == 101 * len(chunk_ends((path / "bag_0.mcap").read_bytes()))
         assert len(found) > 4_900
-        assert "it has no end: the recorder was killed" in bag.problems[0]
+        assert "it is incomplete: the recorder was killed" in bag.problems[0]
 
 
 def test_after_an_interrupt_the_bag_can_be_closed_whole(tmp_path: Path) -> None:
@@ -478,7 +478,7 @@ def test_a_full_disk_is_an_error_and_what_was_written_stays_readable(tmp_path: P
         # The message that filled the chunk and all after it were refused.
         assert len(found) + 100 + int(count) == 3_000
         # The file ends with a whole chunk: nothing torn is left behind.
-        assert bag.problems[0].endswith("the recorder was killed or the copy is incomplete")
+        assert bag.problems[0].endswith("the recorder was killed or the copy was cut off")
         assert not any("are lost" in each for each in bag.problems)
 
 

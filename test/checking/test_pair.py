@@ -128,7 +128,7 @@ def test_an_inaccurate_scale_is_no_other_unit(factor: float) -> None:
             motion(T1),
             rate(T2 - LAG),
             "s2 is the rate of s1",
-            "--s1 and --s2 exchanged, with s1.kind: rate",
+            "swap --s1 and --s2, and set s1.kind: rate",
         ),
     ],
 )
@@ -178,7 +178,7 @@ def test_a_copy_on_another_topic(every: int, level: Level) -> None:
     values = motion(T1) + 0.1 * NOISE
     found = both(sensor("s1", T1, values), sensor("s2", T1[::every], values[::every]))
     finding = only(found.findings, "copy")
-    assert finding.text == "s2 is a copy of s1: all its stamps and values are in that"
+    assert finding.text == "s2 is a copy of s1: every stamp and value of it is also there"
     assert finding.level is level
 
 
@@ -188,14 +188,14 @@ def test_sensors_with_each_others_role() -> None:
         sensor("s2", T1, motion(T1) + 0.3 * NOISE),
     )
     finding = only(found.findings, "exchanged")
-    assert finding.text == "s1 and s2 look exchanged: s2 is faster and noisier and ahead of s1"
-    assert finding.remedy == "--s1 and --s2 exchanged"
+    assert finding.text == "s1 and s2 look swapped: s2 is faster and noisier and ahead of s1"
+    assert finding.remedy == "swap --s1 and --s2"
 
 
 def test_sensors_that_have_nothing_in_common() -> None:
     other = 2.0 * np.sin(0.83 * T2) + np.sin(1.57 * T2) + np.sin(3.1 * T2 + 1.0)
     finding = only(checked(motion(T1), other).findings, "unrelated")
-    assert finding.text == "s1 and s2 have no more in common than chance"
+    assert finding.text == "s1 and s2 are correlated no better than by chance"
     assert finding.level is Level.WARNING
 
 

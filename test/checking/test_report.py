@@ -27,7 +27,7 @@ def test_nothing_is_wrong() -> None:
     assert rows["rate"] == ["100", "Hz", "10", "Hz"]
     assert rows["longest gap"] == ["0.01", "s", "0.1", "s"]
     assert rows["spikes"] == ["0.0", "%", "0.0", "%"]
-    assert lines[-1] == "nothing is wrong"
+    assert lines[-1] == "no problems found"
 
 
 def test_what_is_wrong_comes_last_the_worst_first() -> None:

@@ -36,7 +36,7 @@ def test_nothing_is_wrong(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     out, said = capsys.readouterr()
     assert said == ""
     assert out.startswith("s1 is /fast point.x\ns2 is /slow point.x\n")
-    assert out.endswith("\n\nnothing is wrong\n")
+    assert out.endswith("\n\nno problems found\n")
 
 
 def test_several_bags_are_a_row_each(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -93,7 +93,7 @@ def test_json_on_stdout_is_all_that_is_there(
     document = json.loads(out)
     assert document["check"]["findings"] == []
     assert document["together"][0]["s1"]["topic"] == "/s1"
-    assert "nothing is wrong" in said
+    assert "no problems found" in said
 
 
 @pytest.mark.parametrize(

@@ -99,7 +99,7 @@ def test_restarts_and_losses_are_told(tmp_path: Path, capsys: pytest.CaptureFixt
     [
         (["nothing"], "'nothing' does not exist"),
         (["BAG", "--s1", "/gyro"], "has no topic '/gyro'"),
-        (["BAG", "--output", "BAG"], "exists: name a new directory"),
+        (["BAG", "--output", "BAG"], "exists: choose another directory"),
         (["BAG", "--rate", "2"], "--rate and --loop require --live"),
         (["BAG", "--loop"], "--rate and --loop require --live"),
         (["BAG", "--live", "--rate", "0"], "--rate: got '0'"),

@@ -196,7 +196,7 @@ def test_what_was_left_out_is_said(tmp_path: Path, capsys: pytest.CaptureFixture
         (["BAG", "--truth", "/gps"], "has no topic '/gps'; it has /estimate"),
         (["BAG", "--field", "s1=data"], "choose one of: point.x"),
         (["BAG", "--field", "point.q"], "choose one of: point.x"),
-        (["BAG", "--start", "9"], "it has no message in this span"),
+        (["BAG", "--start", "9"], "no message in this span"),
         (["BAG", "--baseline", "none.json"], "'none.json' cannot be read"),
         (["BAG", "--params", "none.yaml"], "'none.yaml': cannot be read"),
         (["BAG", "--plot", "plot.xyz"], "an unknown format"),

@@ -73,9 +73,9 @@ def test_an_error_of_the_users_is_one_line(capsys: pytest.CaptureFixture[str]) -
         ("mcap.records", "tool: mcap is not installed: in a workspace, run src/fuzzy_fusion_ros/"),
         (
             "rclpy",
-            "tool: needs ROS 2: rclpy is not found; source it, for example /opt/ros/",
+            "tool: needs ROS 2, but rclpy was not found: source ROS 2, for example /opt/ros/",
         ),
-        ("geometry_msgs.msg", "tool: needs ROS 2: geometry_msgs is not found; source it"),
+        ("geometry_msgs.msg", "tool: needs ROS 2, but geometry_msgs was not found: source ROS 2"),
     ],
 )
 def test_a_library_that_is_missing_is_named_with_what_brings_it(

@@ -78,7 +78,7 @@ def bomb(indent: str = "") -> str:
 
 YAMLS = {
     "aliases that explode": (bomb(), "more than 200000 values"),
-    "an alias within itself": ("a: &a [*a]\n", "is within what it stands for"),
+    "an alias within itself": ("a: &a [*a]\n", "contains itself"),
     "lists in lists": (f"a: {'[' * DEEP}{']' * DEEP}\n", "nests more than 50 levels deep"),
     "maps in maps": ("".join(f"{' ' * k}a:\n" for k in range(300)), "nests more than 50"),
     "merged maps": (
@@ -208,7 +208,7 @@ def chunk(compression: str, compress: Callable[[], bytes], claims: int) -> Maker
             head = Chunk(compression, data, BEGIN_NS, BEGIN_NS, 0, claims)
             file.write(_records(Header("ros2", "test"), head, DataEnd(0), Footer(0, 0, 0)))
             file.write(MCAP0_MAGIC)
-        return Case(replay(path), "it has no topics at all; bag.mcap: ")
+        return Case(replay(path), "it has no topics; bag.mcap: ")
 
     return make
 
@@ -234,7 +234,7 @@ def zeros(size: int, *, claim: bool = True) -> bytes:
 def large_file(folder: Path) -> Case:
     """Return a file of some kilobytes that becomes 300 MB."""
     (folder / "bag.mcap.zstd").write_bytes(zeros(300 << 20, claim=False))
-    return Case(replay(folder / "bag.mcap.zstd"), "becomes more than 100 times as large")
+    return Case(replay(folder / "bag.mcap.zstd"), "decompresses to more than 100 times its size")
 
 
 def large_message(folder: Path) -> Case:
@@ -311,7 +311,7 @@ def database(*statements: str, says: str = "", status: int = 2) -> Maker:
     return make
 
 
-NOT_PLAIN = "is no plain table"
+NOT_PLAIN = "is not a plain table"
 FIELDS = "".join(f"float64 f{k}\n" for k in range(100_000))
 MESSAGE = struct.pack("<BQHIQQ", 5, 22, 1, 0, BEGIN_NS, BEGIN_NS)
 

@@ -136,7 +136,7 @@ def test_a_run_that_takes_too_long_is_ended(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(module, "LONGEST", 0.0)
-    with pytest.raises(DemoError, match="the live run is not over after 0 s"):
+    with pytest.raises(DemoError, match="the live run did not end within 0 s"):
         run_live(tmp_path, 0, 50.0)
 
 
@@ -152,7 +152,7 @@ def test_the_recordings_are_beside_the_sources_or_installed(
     assert real_bags() == ROOT / "bags"
     monkeypatch.setattr(module, "__file__", str(tmp_path / "a" / "b" / "demo.py"))
     monkeypatch.setenv("AMENT_PREFIX_PATH", f"{tmp_path / 'none'}:{tmp_path / 'prefix'}")
-    with pytest.raises(DemoError, match=r"bag 'car_accel' is in none of .*prefix/share"):
+    with pytest.raises(DemoError, match=r"bag 'car_accel' was not found in .*prefix/share"):
         real_bags()
     installed = tmp_path / "prefix" / "share" / "fuzzy_fusion_ros" / "bags"
     (installed / "car_accel").mkdir(parents=True)

@@ -73,5 +73,5 @@ def test_errors_are_one_family(bag: Path, tmp_path: Path) -> None:
         score(tmp_path / "none")
     with pytest.raises(FusionError, match="cannot be written"):
         tune(bag, tmp_path / "file" / "tuned.yaml")
-    with pytest.raises(FusionError, match="exists: name a new directory"):
+    with pytest.raises(FusionError, match="exists: choose another directory"):
         replay(bag, bag)

@@ -69,7 +69,7 @@ def test_without_samples_there_are_no_estimates() -> None:
     [
         ([0.0, 1.0], [1.0], r"S1: got times of shape \(2,\) and samples of shape \(1,\)"),
         ([[0.0]], [[1.0]], r"S1: got times of shape \(1, 1\)"),
-        ([1.0, 1.0], [1.0, 1.0], "S1: got times that are not finite or do not rise"),
+        ([1.0, 1.0], [1.0, 1.0], "S1: got times that are not finite or not increasing"),
         ([math.nan], [1.0], "S1: got times that are not finite"),
     ],
 )

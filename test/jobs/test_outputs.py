@@ -49,7 +49,7 @@ def test_inputs_are_not_written_over(tmp_path: Path, bag: Path, name: str, given
     (tmp_path / "soft").symlink_to(source)
     (tmp_path / "link").symlink_to(bag)
     target = {"itself": source, "through": tmp_path / "link/../bag/bag_0.mcap"}
-    with pytest.raises(OutputError, match=f"is read from .*{given}': name another file to write"):
+    with pytest.raises(OutputError, match=f"is read from .*{given}': choose another file"):
         require_writable(target.get(name, tmp_path / name), inputs=[tmp_path / given])
     assert source.read_text() == "messages"
 

@@ -291,9 +291,9 @@ def test_a_stamp_that_does_not_fit_is_refused(world: World, stamp_ns: int) -> No
 @pytest.mark.parametrize(
     ("data", "problem"),
     [
-        (b"", r"begins with b'', no CDR"),
+        (b"", r"begins with b'', not as CDR"),
         (b"\0\1", r"unpack_from requires"),
-        (b"\0\3\0\0" + bytes(40), r"begins with b'\\x00\\x03\\x00\\x00', no CDR"),
+        (b"\0\3\0\0" + bytes(40), r"begins with b'\\x00\\x03\\x00\\x00', not as CDR"),
         (b"\0\1\0\0" + b"\xff" * 40, r"bytes too few|unpack_from requires"),
         (b"\0\1\0\0" + bytes(32), r"8 bytes too few|unpack_from requires"),
         (b"\0\1\0\0" + bytes(8) + b"\1\0\0\0" + bytes(32), r"4 bytes too many"),
@@ -307,7 +307,7 @@ def test_what_is_no_message_of_the_type_is_an_error(data: bytes, problem: str) -
 
 def test_counts_beyond_the_message_end_at_once(rosbags: World) -> None:
     codec = ScalarCodec(rosbags.types, "test_msgs/msg/Nested", "readings[3000000000].data")
-    with pytest.raises(MessageError, match="a message is no test_msgs/msg/Nested"):
+    with pytest.raises(MessageError, match="a message is not a test_msgs/msg/Nested"):
         codec.sample(b"\0\1\0\0" + b"\xff" * 40, 0)
 
 

@@ -63,7 +63,7 @@ def test_a_path_is_parsed_into_its_steps(text: str, parts: list[PathPart]) -> No
     ],
 )
 def test_what_is_no_path_is_refused_with_examples(text: str) -> None:
-    with pytest.raises(MessageError, match=r"is not understood; write for example 'data'"):
+    with pytest.raises(MessageError, match=r"cannot be parsed; for example 'data'"):
         FieldPath(text)
 
 

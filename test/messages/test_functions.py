@@ -190,12 +190,15 @@ def test_what_cannot_be_inverted_is_not_written(world: World) -> None:
     ("field", "problem"),
     [
         ("sin(orientation.x)", "no function 'sin', expected one of roll, pitch, yaw, norm, atan2"),
-        ("yaw(linear_acceleration)", "linear_acceleration is no message with x, y, z, w, expected"),
-        ("norm(orientation.x)", "orientation.x is no message with x, y, z, expected a vector"),
+        (
+            "yaw(linear_acceleration)",
+            "linear_acceleration is not a message with x, y, z, w, expected",
+        ),
+        ("norm(orientation.x)", "orientation.x is not a message with x, y, z, expected a vector"),
         ("yaw(attitude)", "no field 'attitude'"),
         ("atan2(orientation.x)", "atan2 takes 2 paths"),
         ("norm()", "norm takes one path"),
-        ("altitude(header.frame_id)", "string is no number"),
+        ("altitude(header.frame_id)", "string is not a number"),
         ("orientation.yaw", "or a function: roll(orientation), pitch(orientation), yaw(orientatio"),
         ("", "roll(linear_acceleration), pitch(linear_acceleration), norm(angular_velocity)"),
     ],

@@ -90,20 +90,24 @@ def test_without_a_clear_default_the_user_chooses(
     [
         ("geometry_msgs/msg/PointStamped", "points.x", "PointStamped has no field 'points'"),
         ("geometry_msgs/msg/PointStamped", "point.w", "Point has no field 'w'"),
-        ("geometry_msgs/msg/PointStamped", "point", "Point is no number"),
-        ("geometry_msgs/msg/PointStamped", "header.frame_id", "string is no number"),
+        ("geometry_msgs/msg/PointStamped", "point", "Point is not a number"),
+        ("geometry_msgs/msg/PointStamped", "header.frame_id", "string is not a number"),
         ("geometry_msgs/msg/PointStamped", "point.x.y", "float64 has no field 'y'"),
         ("geometry_msgs/msg/PointStamped", "point[0]", "'point' is a geometry_msgs/msg/Point"),
-        ("geometry_msgs/msg/PointStamped", "point.x[0]", "'x' is a float64, no array"),
+        ("geometry_msgs/msg/PointStamped", "point.x[0]", "'x' is a float64, not an array"),
         ("sensor_msgs/msg/JointState", "position", r"float64\[\] is a whole array"),
-        ("sensor_msgs/msg/JointState", "name[0]", "string is no number"),
+        ("sensor_msgs/msg/JointState", "name[0]", "string is not a number"),
         ("sensor_msgs/msg/JointState", "names=a:position", "JointState has no field 'names'"),
         ("sensor_msgs/msg/JointState", "name=a:positions", "JointState has no field 'positions'"),
-        ("sensor_msgs/msg/JointState", "effort=a:position", r"'effort' is a float64\[\], no array"),
+        (
+            "sensor_msgs/msg/JointState",
+            "effort=a:position",
+            r"'effort' is a float64\[\], not an array",
+        ),
         ("sensor_msgs/msg/JointState", "name=a:header", "'header' is a std_msgs/msg/Header, no"),
-        ("sensor_msgs/msg/Imu", "orientation_covariance[9]", "has 9 elements at most"),
+        ("sensor_msgs/msg/Imu", "orientation_covariance[9]", "has at most 9 elements"),
         ("geometry_msgs/msg/PoseArray", "poses.position.x", r"Pose\[\] has no field 'position'"),
-        ("sensor_msgs/msg/BatteryState", "present", "bool is no number"),
+        ("sensor_msgs/msg/BatteryState", "present", "bool is not a number"),
     ],
 )
 def test_a_path_that_leads_to_no_number_is_refused_with_those_that_do(
@@ -115,13 +119,13 @@ def test_a_path_that_leads_to_no_number_is_refused_with_those_that_do(
 
 
 def test_a_bound_counts_as_a_size() -> None:
-    with pytest.raises(MessageError, match="'bounded' has 2 elements at most"):
+    with pytest.raises(MessageError, match="'bounded' has at most 2 elements"):
         resolve_field(WORLDS["rosbags"].types, "test_msgs/msg/Numbers", "bounded[2]")
 
 
 @pytest.mark.parametrize("text", ["", "data"])
 def test_a_type_without_any_number_is_no_use(world: World, text: str) -> None:
-    with pytest.raises(MessageError, match="holds no number at all: use another one"):
+    with pytest.raises(MessageError, match="has no numeric field: use another type"):
         resolve_field(world.types, "std_msgs/msg/Bool", text)
 
 

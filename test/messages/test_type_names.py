@@ -95,7 +95,7 @@ def test_a_package_that_does_not_import_is_told_from_one_that_is_not_there(
     package.mkdir(parents=True)
     (package / "__init__.py").write_text("import there_is_no_such_module\n")
     monkeypatch.syspath_prepend(str(tmp_path))
-    with pytest.raises(MessageError, match=r"'broken_msgs' does not import: .*there_is_no_such"):
+    with pytest.raises(MessageError, match=r"'broken_msgs' cannot be imported: .*there_is_no_such"):
         load_message_class("broken_msgs/msg/Float64")
 
 

@@ -98,7 +98,7 @@ def test_where_the_bias_is_learnt_a_difference_is_not_expected_to_be_large() -> 
 
 def test_the_gate_that_never_or_always_accepts_is_a_warning() -> None:
     report = RuleReport()
-    for accepts, word in ((False, "never accepts"), (True, "accepts all")):
+    for accepts, word in ((False, "rejects every prediction"), (True, "accepts every prediction")):
         report.restart()
         for k in range(ENOUGH - 1):
             report.record.see(fused(k, 0.5, 0.5, predicts=True, accepts=accepts))
@@ -195,8 +195,8 @@ def test_sensors_that_stay_apart_are_said_by_the_node(
 @pytest.mark.parametrize(
     ("tolerance", "text"),
     [
-        (1e-9, "the gate never accepts: raise gate.tolerance, or tune"),
-        (1e9, "the gate accepts all: lower gate.tolerance, or tune"),
+        (1e-9, "the gate rejects every prediction: raise gate.tolerance, or tune"),
+        (1e9, "the gate accepts every prediction: lower gate.tolerance, or tune"),
     ],
 )
 def test_a_gate_that_is_of_no_use_is_said_by_the_node(

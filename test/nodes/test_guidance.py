@@ -45,7 +45,7 @@ def test_a_silent_topic_is_named_with_those_of_a_like_name_or_type(
     harness.publisher("/unlike/both", "std_msgs/msg/String")
     harness.spin_until(lambda: harness.node.count_publishers("/gps/odometry"))
     harness.fusion_node()
-    said = log.wait_for("/s1: no message received for 0 s; nobody publishes it; there are")
+    said = log.wait_for("/s1: no message received for 0 s; it has no publisher; similar topics:")
     assert "/s_1 (std_msgs/msg/Float64)" in said
     assert f"/gps/odometry ({POINT})" in said
     assert "/unlike/both" not in said

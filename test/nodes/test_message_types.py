@@ -287,7 +287,7 @@ def test_what_is_no_message_of_the_type_is_counted_and_named(
     status = diagnostics.saying("fusion_node: s2", "dropped: message lacks the field")
     assert status.level == WARN
     assert status.values["dropped: message lacks the field"] == "6"
-    assert f"a message is no {kind}: " in status.values["last unreadable message"]
+    assert f"a message is not a {kind}: " in status.values["last unreadable message"]
 
 
 def test_an_estimate_that_fits_into_no_message_is_an_error_in_diagnostics(
@@ -318,7 +318,7 @@ REFUSED = {
     "no function": ({"s1.field": "sin(point.x)"}, "no function 'sin', expected one of roll, pitch"),
     "no inverse": ({"s2.field": "norm(point)"}, "which cannot be inverted: set estimate.type and"),
     "scale": ({"s2.scale": 0.0}, "parameter s2.scale: got 0.0, expected any other number"),
-    "of the estimate": ({"estimate.type": "std_msgs/msg/String"}, "holds no number at all"),
+    "of the estimate": ({"estimate.type": "std_msgs/msg/String"}, "has no numeric field"),
 }
 
 

@@ -24,7 +24,7 @@ def test_s2_silent_past_its_timeout_leaves_s1_alone_and_it_comes_back(
     assert feed(0.31, s1=1.25) == 1.25
     assert feed(0.4, s1=1.5) == 1.5
     assert feed(0.41, s1=1.0, s2=2.0) != 1.0
-    log.wait_for("S1_ONLY: s2 is lost, s1 alone")
+    log.wait_for("S1_ONLY: s2 timed out, using s1 alone")
     harness.spin_until(lambda: log.count("FUSED: both sensors") == 2)
     assert log.count("S1_ONLY") == 1  # on change only
 
@@ -42,7 +42,7 @@ def test_s1_silent_past_its_timeout_leaves_s2_alone_and_it_comes_back(
     expected = [Sample(stamp, 2.0 + at) for stamp, at in zip(lone, late, strict=True)]
     assert feed.estimates[1:] == expected
     assert 1.0 <= feed(0.31, s1=1.0) <= 2.3
-    log.wait_for("S2_ONLY: s1 is lost, s2 alone")
+    log.wait_for("S2_ONLY: s1 timed out, using s2 alone")
     harness.spin_until(lambda: log.count("FUSED: both sensors") == 2)
     assert log.count("S2_ONLY") == 1
 
@@ -69,7 +69,7 @@ def test_both_silent_is_stale_and_an_error_and_ends_by_itself(
     stale = diagnostics.saying("fusion_node: fusion", "STALE")
     assert stale.level == ERROR
     assert stale.values["mode"] == "STALE"
-    log.wait_for("STALE: both sensors are lost, nothing is published")
+    log.wait_for("STALE: both sensors timed out, nothing is published")
     assert diagnostics.next("fusion_node: s1").level == WARN
     assert "silent for" in diagnostics.next("fusion_node: s2").message
     assert len(feed.estimates) == 1

@@ -25,7 +25,7 @@ from fuzzy_fusion_ros.testing import Harness
 
 REFUSED_AT_START: dict[str, tuple[dict[str, Any], str]] = {
     "unknown, with a hint": ({"gate.tolerence": 1.0}, "gate.tolerence: unknown; did you mean gate"),
-    "unknown, without one": ({"zzz": 1.0}, "zzz: unknown; known are s1.type"),
+    "unknown, without one": ({"zzz": 1.0}, "zzz: unknown; expected one of s1.type"),
     "out of range": (
         {"gate.tolerance": -1.0},
         r"gate.tolerance: got -1.0, expected a number from 0 to 1e\+09 \(signal\)",
@@ -55,7 +55,7 @@ REFUSED_AT_START: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "QoS of no topic of ours": (
         {"qos_overrides./s3.subscription.depth": 3},
-        "/s3.subscription.depth: unknown; known are qos_overrides./s1.subscription.history",
+        "/s3.subscription.depth: unknown; expected one of qos_overrides./s1.subscription.history",
     ),
 }
 
@@ -274,7 +274,7 @@ def test_a_file_for_this_node_is_taken(harness: Harness, tmp_path: Path, owner: 
 def test_a_file_for_another_node_is_refused(harness: Harness, tmp_path: Path, owner: str) -> None:
     path = tmp_path / "parameters.yaml"
     path.write_text(FILE.format(owner=owner))
-    with pytest.raises(ParameterError, match=r"nothing in it is for /fusion_node; it is for /"):
+    with pytest.raises(ParameterError, match=r"it has no entry for /fusion_node, only for /"):
         harness.add(FusionNode, parameter_file=path)
 
 

@@ -171,7 +171,7 @@ def test_types_that_are_not_installed_are_left_out(harness: Harness, tmp_path: P
     player = harness.start("replay", str(tmp_path / "bag"), "--live")
     settle(harness, found, 20)
     assert player.wait() == 0
-    assert "/secret is left out: message type 'my_msgs/msg/Secret' is not" in player.stderr
+    assert "/secret is skipped: message type 'my_msgs/msg/Secret' is not" in player.stderr
     assert player.stdout == "40 messages published\n"
 
 
@@ -201,5 +201,5 @@ def test_nothing_to_play_is_refused(harness: Harness, tmp_path: Path) -> None:
             writer.write(topic, "my_msgs/msg/X", at(0.0), b"\0\1\0\0")
     player = harness.start("replay", str(tmp_path / "bag"), "--live")
     assert player.wait() == 2
-    assert "/s1 is left out: message type 'my_msgs/msg/X' is not installed" in player.stderr
+    assert "/s1 is skipped: message type 'my_msgs/msg/X' is not installed" in player.stderr
     assert player.stderr.count("\n") == 1

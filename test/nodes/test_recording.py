@@ -117,7 +117,7 @@ def test_bytes_are_recorded_as_they_came_whatever_their_type(
 def test_an_existing_bag_is_not_overwritten(harness: Harness, tmp_path: Path) -> None:
     (tmp_path / "bag").mkdir()
     (tmp_path / "bag" / "file").write_text("precious")
-    with pytest.raises(BagError, match="exists: name a new directory or remove it"):
+    with pytest.raises(BagError, match="exists: choose another directory or remove it"):
         harness.fusion_node({"record": str(tmp_path / "bag")})
 
 

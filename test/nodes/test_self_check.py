@@ -52,4 +52,4 @@ def test_of_good_sensors_nothing_is_said(harness: Harness, diagnostics: Diagnost
     feed(harness, 1.0)
     for _ in range(2):
         said = diagnostics.next("fusion_node: check")
-        assert (said.level, said.message) == (OK, "nothing is wrong")
+        assert (said.level, said.message) == (OK, "no problems found")

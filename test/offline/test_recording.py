@@ -170,13 +170,13 @@ def test_missing_sensors_are_named_with_what_is_there(tmp_path: Path) -> None:
 
 def test_a_span_without_samples_is_refused(tmp_path: Path) -> None:
     path = write_scalars(tmp_path / "bag", swing())
-    with pytest.raises(BagError, match="nothing on /s1 can be used: it has no message in this"):
+    with pytest.raises(BagError, match="no usable message on /s1: no message in this"):
         read(path, start_s=100.0)
 
 
 def test_sensors_that_never_say_a_number_are_refused(tmp_path: Path) -> None:
     path = write_scalars(tmp_path / "bag", [Scalar("/s1", 0.0, math.nan), Scalar("/s2", 0.0, 1.0)])
-    with pytest.raises(BagError, match="nothing on /s1 can be used: /s1: 1 dropped: value is"):
+    with pytest.raises(BagError, match="no usable message on /s1: /s1: 1 dropped: value is"):
         read(path)
 
 

@@ -288,7 +288,7 @@ def test_memory_does_not_grow_with_the_bag(tmp_path: Path) -> None:
 
 def test_the_output_must_be_new(tmp_path: Path) -> None:
     source = write_scalars(tmp_path / "in", swing(0.1))
-    with pytest.raises(BagError, match="exists: name a new directory"):
+    with pytest.raises(BagError, match="exists: choose another directory"):
         replayed(source, source)
 
 

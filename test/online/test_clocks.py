@@ -22,11 +22,19 @@ def arriving(delay: float) -> Guard:
         (0.01, 0.01, ""),
         (0.0, 0.2, ""),  # what transport does
         (0.0, 1.5, ""),  # a slow sensor
-        (0.0, 2.5, "s2's stamps are 2.5 s behind s1's while both arrive: "),
-        (2.5, 0.0, "s2's stamps are 2.5 s ahead of s1's while both arrive: "),
-        (0.0, -0.5, "s2's stamps are 0.5 s ahead of s1's while both arrive: "),  # before its time
-        (-0.5, 0.0, "s2's stamps are 0.5 s behind s1's while both arrive: "),
-        (1.5, 0.0, "s2's stamps are 1.5 s ahead of s1's while both arrive: "),  # past S1's timeout
+        (0.0, 2.5, "s2's stamps are 2.5 s behind s1's although both arrive together: "),
+        (2.5, 0.0, "s2's stamps are 2.5 s ahead of s1's although both arrive together: "),
+        (
+            0.0,
+            -0.5,
+            "s2's stamps are 0.5 s ahead of s1's although both arrive together: ",
+        ),  # before its time
+        (-0.5, 0.0, "s2's stamps are 0.5 s behind s1's although both arrive together: "),
+        (
+            1.5,
+            0.0,
+            "s2's stamps are 1.5 s ahead of s1's although both arrive together: ",
+        ),  # past S1's timeout
     ],
 )
 def test_what_does_harm_is_said(s1: float, s2: float, said: str) -> None:

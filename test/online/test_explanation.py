@@ -24,7 +24,7 @@ BLEND = re.compile(
     rf"{NUMBER} of S1{HOW}, {NUMBER} rad, and {NUMBER} of S2, {NUMBER} rad and "
     rf"{NUMBER} s old(?:, (plus|minus) a drift of {NUMBER} rad)?:"
 )
-OBSERVED = re.compile(rf"is S1{HOW}, {NUMBER} rad, minus the {NUMBER} rad that it is off by:")
+OBSERVED = re.compile(rf"is S1{HOW}, {NUMBER} rad, minus its bias, {NUMBER} rad:")
 MEAN = re.compile(rf"the mean of the prediction, {NUMBER} rad, and of {NUMBER} rad, which is ")
 DIGITS = 6e-4
 """Relative error that printing leaves: four digits of weights and drift."""
@@ -167,7 +167,7 @@ def test_a_prediction_that_does_not_count_is_named() -> None:
         if each.estimate.prediction.exists and not each.estimate.accepted
     ]
     assert rejected
-    assert "is further away than gate.tolerance, 1e-06 rad, and does not count" in explanation(
+    assert "is further away than gate.tolerance, 1e-06 rad, and is ignored" in explanation(
         parameters, rejected[-1], "rad"
     )
 
@@ -204,12 +204,14 @@ def test_the_observer_says_what_s1_is_off_by_and_what_s2_surprised_it_with() -> 
     belief = fused.state.sensors.belief
     text = explanation(parameters, fused, "m")
     assert belief.bias == pytest.approx(0.5, abs=0.2)
-    assert f"conditioned, 1.5 m, minus the {belief.bias:.6g} m that it is off by" in text
-    assert "S2, 0.21 s old, was 0.25 m above what the estimate led to expect of it" in text
-    assert f"which is believed by {100.0 - 100.0 * belief.weight:.3g} %, and S2 moved at" in text
+    assert f"conditioned, 1.5 m, minus its bias, {belief.bias:.6g} m" in text
+    assert "S2, 0.21 s old, was 0.25 m above what the estimate predicted for it" in text
+    assert f"of which {100.0 - 100.0 * belief.weight:.3g} % is believed, and S2 moved at" in text
     alone = estimates(parameters, [*stream, ("s1", 30.0, 1.5), ("s1", 30.1, 1.5)])[-1]
     assert alone.estimate.mode == S1_ONLY
-    assert "is S1 alone, conditioned, 1.5 m, minus the " in explanation(parameters, alone, "m")
+    assert "is S1 alone, conditioned, 1.5 m, minus its bias, " in explanation(
+        parameters, alone, "m"
+    )
 
 
 def test_a_spike_is_named() -> None:
@@ -245,4 +247,6 @@ def test_measured_parameters_are_not_advised_to_be_changed() -> None:
     parameters = replace(Parameters(), {"self_tuning": True})
     fused = estimates(parameters, [("s2", 0.0, 1.0), ("s1", 0.01, 1.1), ("s1", 0.02, 1.1)])[-1]
     text = explanation(parameters, fused, "rad")
-    assert text.endswith("The parameters are measured; to set them, switch self_tuning off.")
+    assert text.endswith(
+        "The parameters are measured; to set them yourself, switch self_tuning off."
+    )

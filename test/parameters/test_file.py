@@ -122,11 +122,11 @@ robot:
 REFUSED = {
     "of another node": (
         "other:\n  ros__parameters: {a: 1}\n",
-        "nothing in it is for fusion_node; it",
+        "it has no entry for fusion_node, only",
     ),
     "empty": ("", "expected node names with ros__parameters: below them"),
     "a list": ("- 1\n", "expected node names with ros__parameters: below them"),
-    "no YAML": ("a: [1\n", "is no YAML: while parsing"),
+    "no YAML": ("a: [1\n", "is not valid YAML: while parsing"),
     "no ros__parameters": (
         "fusion_node:\n  rate: 3\n",
         "line 2: expected ros__parameters: between the node's name and 'rate'",
@@ -176,7 +176,7 @@ def test_a_file_that_cannot_be_read_or_written_is_said(tmp_path: Path) -> None:
 def test_bytes_that_are_no_text_are_no_yaml(tmp_path: Path) -> None:
     path = tmp_path / "p.yaml"
     path.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(ParameterError, match="is no YAML: "):
+    with pytest.raises(ParameterError, match="is not valid YAML: "):
         load(path)
 
 

@@ -169,7 +169,7 @@ def test_an_integer_is_taken_for_a_number_and_becomes_one() -> None:
     "name", ["nothing", "name.x", "spans", "spans.third", "spans.first", "spans.first.start.x", ""]
 )
 def test_an_unknown_name_is_answered_with_those_known(name: str) -> None:
-    with pytest.raises(ParameterError, match=rf"^parameter {name}: unknown; known here: .*\w"):
+    with pytest.raises(ParameterError, match=rf"^parameter {name}: unknown; expected one of .*\w"):
         replace(Settings(), {name: 1.0})
 
 

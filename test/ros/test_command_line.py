@@ -49,7 +49,10 @@ REFUSED = {
         ["--ros-args", "-p", "s1.type:=std_msgs/msg/Flot64"],
         "message type 'std_msgs/msg/Flot64' is not installed: did you mean std_msgs/msg/Float64?",
     ),
-    "a bag that exists": (["--ros-args", "-p", "record:=/tmp"], "bag '/tmp' exists: name a new"),
+    "a bag that exists": (
+        ["--ros-args", "-p", "record:=/tmp"],
+        "bag '/tmp' exists: choose another",
+    ),
     "a topic of no name": (["--ros-args", "-r", "s1:=//"], "ROS refuses its arguments: "),
 }
 

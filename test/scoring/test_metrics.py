@@ -109,7 +109,7 @@ def test_shapes_must_be_one(name: str) -> None:
         METRICS[name].function(Matched(*(np.zeros((2, 1)) for _ in range(3))))
     with pytest.raises(ScoreError, match="no sample"):
         METRICS[name].function(matched([]))
-    with pytest.raises(ScoreError, match="do not rise"):
+    with pytest.raises(ScoreError, match="do not increase"):
         METRICS[name].function(data._replace(time_s=np.zeros(2)))
 
 

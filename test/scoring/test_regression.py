@@ -76,7 +76,7 @@ def test_a_file_is_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "problem"), [("{", "is no JSON"), ("[1]", "is not what score --json writes")]
+    ("text", "problem"), [("{", "is not JSON"), ("[1]", "is not what score --json writes")]
 )
 def test_other_files_are_refused(tmp_path: Path, text: str, problem: str) -> None:
     path = tmp_path / "score.json"

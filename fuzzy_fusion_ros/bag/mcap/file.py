@@ -139,14 +139,14 @@ class McapFile:
             data = read_at(self._file, segment.offset, segment.length)
             if segment.is_chunk:
                 if not data.startswith(HEAD.pack(Opcode.CHUNK, segment.length - HEAD.size)):
-                    raise ValueError("there is no chunk")
+                    raise ValueError("no chunk there")
                 data = chunk_data(data[HEAD.size :])
             run = split_records(data, segment.offset << _ORDER_BITS)
             problem = "" if run.is_whole else "ends within a record"
         except DAMAGE as error:
-            run, problem = Records([], [], is_whole=False), f"is damaged and left out ({error})"
+            run, problem = Records([], [], is_whole=False), f"is damaged and skipped ({error})"
         if run.messages and min(run.messages)[0] < segment.start_ns:
-            problem = "holds earlier ones too: messages may come out of order"
+            problem = "also holds earlier messages: messages may come out of order"
         if problem:
             self._note(
                 f"the chunk at byte {segment.offset}, log times {segment.start_ns} to "

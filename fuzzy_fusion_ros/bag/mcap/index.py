@@ -103,7 +103,7 @@ def index_from_summary(file: BinaryIO, size: int) -> McapIndex:
     """
     tail = read_at(file, max(0, size - _TAIL_BYTES), _TAIL_BYTES)
     if not tail.endswith(MCAP0_MAGIC) or not tail.startswith(HEAD.pack(Opcode.FOOTER, 20)):
-        raise SummaryError("it has no end: the recorder was killed or the copy is incomplete")
+        raise SummaryError("it is incomplete: the recorder was killed or the copy was cut off")
     start, _, checksum = _FOOTER.unpack_from(tail, HEAD.size)
     if start == 0:
         raise SummaryError("it has no summary", is_damage=False)
@@ -127,9 +127,9 @@ def chunk_data(content: bytes) -> bytes:
     """
     chunk = decode(Opcode.CHUNK, content)
     if not isinstance(chunk, Chunk):
-        raise TypeError("this is no chunk")
+        raise TypeError("this is not a chunk")
     if CHUNK_FIELDS + len(chunk.compression) + len(chunk.data) != len(content):
-        raise ValueError("its lengths disagree")
+        raise ValueError("its lengths are inconsistent")
     data = decompress(chunk.compression, chunk.data, chunk.uncompressed_size)
     if len(data) != chunk.uncompressed_size:
         raise ValueError(f"it holds {len(data)} bytes instead of {chunk.uncompressed_size}")
@@ -167,7 +167,7 @@ def _index_from_records(data: bytes, limit: int) -> McapIndex:
 def _segment(chunk: ChunkIndex, limit: int, channels: frozenset[int]) -> Segment:
     start, length = chunk.chunk_start_offset, chunk.chunk_length
     if start + length > limit:
-        raise ValueError("a chunk is said to lie outside")
+        raise ValueError("it places a chunk outside the file")
     return Segment(
         chunk.message_start_time,
         start,
@@ -189,9 +189,9 @@ def _take_statistics(index: McapIndex, statistics: Statistics | None) -> None:
     known = index.channels.keys()
     schemas = index.schemas.keys() | {0}
     if used - known or (index.segments and not known):
-        raise SummaryError("its summary lists not all topics", is_damage=False)
+        raise SummaryError("its summary does not list every topic", is_damage=False)
     if any(channel.schema_id not in schemas for channel in index.channels.values()):
-        raise SummaryError("its summary lists not all types", is_damage=False)
+        raise SummaryError("its summary does not list every type", is_damage=False)
     if statistics is None:
         for each in index.segments:
             index.span(each.start_ns, each.end_ns)

@@ -74,11 +74,11 @@ class McapScan:
         begin = read_at(self._file, 0, position + 1)
         if begin[:position] != MCAP0_MAGIC[: len(begin)]:
             if begin[position:] == bytes([Opcode.HEADER]):
-                self._note("it does not begin as an MCAP file, but goes on as one")
+                self._note("its MCAP magic is damaged, what follows is not")
             else:
-                position = self._skip(0, "it does not begin as an MCAP file")
+                position = self._skip(0, "its MCAP magic is damaged")
                 if position == self._size:
-                    raise BagError(f"it is no MCAP file: it begins with {begin!r}")
+                    raise BagError(f"it is not an MCAP file: it begins with {begin!r}")
         while position < self._size:
             position = self._read_record(position)
         self._end_run(self._size)
@@ -90,13 +90,13 @@ class McapScan:
         """Take in the record at a position; return where to go on."""
         head = read_at(self._file, position, HEAD.size)
         if len(head) < HEAD.size:
-            return self._skip(position, "a record is cut off")
+            return self._skip(position, "a record is truncated")
         opcode, length = HEAD.unpack(head)
         end = position + HEAD.size + int(length)
         if opcode not in Opcode.__members__.values():
-            return self._skip(position, "they are no MCAP records")
+            return self._skip(position, "they are not MCAP records")
         if end > self._size or (opcode == Opcode.CHUNK and length > compression.LARGEST):
-            return self._skip(position, "a record is cut off")
+            return self._skip(position, "a record is truncated")
         if opcode == Opcode.MESSAGE:
             return self._take_message(position, end)
         self._end_run(position)
@@ -110,7 +110,7 @@ class McapScan:
         except DAMAGE as error:
             self._futile -= end - position
             if self._futile < 0:
-                self._note(f"all from byte {position} on is lost: too much of it is damaged")
+                self._note(f"everything from byte {position} on is lost: too much of it is damaged")
                 return self._size
             return self._skip(position, f"a {Opcode(opcode).name.lower()} is damaged ({error})")
         return end
@@ -165,7 +165,7 @@ class McapScan:
         unknown = self._counts.keys() - self._index.channels.keys()
         lost = sum(self._counts.pop(channel) for channel in unknown)
         if lost:
-            self._note(f"{lost} messages are lost: the descriptions of their topics are")
+            self._note(f"{lost} messages are lost with the descriptions of their topics")
 
     def _skip(self, position: int, why: str) -> int:
         """Say what is lost from a position on; return where the next whole chunk may be."""
