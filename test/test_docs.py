@@ -9,10 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from fuzzy_fusion_ros.messages.outputs import EXPLANATION
+from fuzzy_fusion_ros.messages import InstalledTypes, ScalarCodec
+from fuzzy_fusion_ros.messages.outputs import EXPLANATION, EstimateMessages
+from fuzzy_fusion_ros.messages.units import signal_unit
 from fuzzy_fusion_ros.nodes.modes import Mode
 from fuzzy_fusion_ros.online.guard import Drop
-from fuzzy_fusion_ros.parameters.file import dumps
+from fuzzy_fusion_ros.parameters.file import dumps, parameters_from
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 ROOT = Path(__file__).parents[1]
@@ -64,3 +66,27 @@ def test_every_explanation_topic_is_documented(topic: str) -> None:
 def test_links_within_the_repository_lead_somewhere(page: Path) -> None:
     for target in re.findall(r"\]\(([^)#:]+)\)", page.read_text()):
         assert (page.parent / target).exists(), target
+
+
+SENSORS = ROOT / "docs" / "sensors.md"
+SNIPPETS = re.findall(r"```yaml\n(.*?)```", SENSORS.read_text(), re.DOTALL)
+
+
+@pytest.mark.parametrize("snippet", SNIPPETS, ids=range(len(SNIPPETS)))
+def test_a_node_could_start_with_each_parameter_file_on_the_page(
+    snippet: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "params.yaml"
+    path.write_text(snippet)
+    parameters, types = parameters_from(path), InstalledTypes()
+    s1, s2 = (
+        ScalarCodec(types, each.type, each.field, each.scale, each.offset)
+        for each in (parameters.s1, parameters.s2)
+    )
+    assert signal_unit(s1, s2, parameters) in {"rad", "m/s", "m", "degC"}
+    assert EstimateMessages(types, parameters.estimate, s2).codec.function.write
+
+
+def test_the_page_on_sensors_names_every_preset() -> None:
+    presets = {path.name for path in (ROOT / "config" / "presets").glob("*.yaml")}
+    assert presets == set(re.findall(r"`(\w+\.yaml)`", SENSORS.read_text()))

@@ -309,7 +309,7 @@ REFUSED = {
     "no such package": ({"s2.type": "nowhere_msgs/msg/Float64"}, "'nowhere_msgs/msg/Float64' is"),
     "malformed": ({"s1.type": "Float64"}, "message type 'Float64' is malformed: give package/msg"),
     "no such field": ({"s1.field": "point.w"}, "choose one of: point.x, point.y, point.z"),
-    "no number": ({"s2.field": "header.frame_id"}, "no number; choose one of: point.x"),
+    "no number": ({"s2.field": "header.frame_id"}, "not a number; choose one of: point.x"),
     "no default": ({"s1.type": "sensor_msgs/msg/Imu"}, "no default field; choose one of: ori"),
     "two units": (
         {"s1.type": "sensor_msgs/msg/FluidPressure", "s2.type": "sensor_msgs/msg/Range"},

@@ -83,7 +83,7 @@ def test_alone_it_ends_with_one_clear_error(harness: Harness) -> None:
         harness.spin_until(lambda: False)
     assert str(refusal.value) == (
         "nobody subscribes to /s1, nobody subscribes to /s2, nobody publishes /estimate within "
-        "0.3 s: start fusion_node so that it subscribes to /s1 and /s2 and gives /estimate"
+        "0.3 s: start fusion_node so that it subscribes to /s1 and /s2 and publishes /estimate"
     )
 
 
