@@ -18,7 +18,9 @@ python3 -c 'import rclpy' || die "python3 cannot import rclpy: source ROS 2 firs
 rosdep install --from-paths "$package" --ignore-src -y
 python3 -m venv --system-site-packages venv
 touch venv/COLCON_IGNORE
+compiler=()
+if [ "${FUZZY_FUSION_COMPILE:-}" = 1 ]; then compiler=("mypy==2.4.1"); fi
 # numpy as the system has it: the messages of ROS are compiled for it.
-venv/bin/python -m pip install --quiet "mcap>=1.2,<2" "rosbags>=0.11.9,<0.12" "numpy<2"
+venv/bin/python -m pip install --quiet "mcap>=1.2,<2" "rosbags>=0.11.9,<0.12" "numpy<2" ${compiler[@]+"${compiler[@]}"}
 venv/bin/python "$(command -v colcon)" build "$@"
 echo "install.sh: built; next: source install/setup.bash && fuzzy-fusion --help"

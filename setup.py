@@ -1,6 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Builds and installs the package, under colcon and under pip."""
 
+import atexit
+import os
+import shutil
+import sys
+import tempfile
 from pathlib import Path
 
 from setuptools import Distribution, find_packages, setup
@@ -79,6 +84,9 @@ KILTED_GENERATORS = [
     "ros-kilted-rosidl-default-generators==1.7.1",
 ]
 
+# Compiles the method ahead of time. Pinned: each release finds other things.
+MYPY = "mypy==2.4.1"
+
 TEST = [
     "colcon-bash==0.5.0",  # pinned with colcon-ros
     "colcon-ros==0.5.0",  # pinned: the build that the packaging tests were written against
@@ -87,7 +95,7 @@ TEST = [
     "filterpy==2.0.0",  # pinned: an oracle for the Kalman filters, and what benchmarks run against
     "furo",  # the look of the site
     "hypothesis",
-    "mypy==2.4.1",  # pinned: each release finds other things
+    MYPY,
     "myst-parser",  # the site is written in Markdown
     "networkx",  # scikit-fuzzy imports it without saying so
     "pytest-timeout",
@@ -122,6 +130,41 @@ def write_launchers(prefix):
         launcher.write_text(LAUNCHER.format(executable=launcher.name))
         launcher.chmod(0o755)
     return [str(launcher) for launcher in launchers]
+
+
+COMPILES = os.environ.get("FUZZY_FUSION_COMPILE") == "1"
+
+
+def extensions():
+    """Compile the method to C where that is asked for; return what is left for a C compiler.
+
+    Only where a build copies the sources: where they are used in place, an extension would hide
+    what is edited.
+    """
+    if not COMPILES or not {"bdist_wheel", "build", "build_ext", "install"}.intersection(sys.argv):
+        return []
+    try:
+        from mypyc.build import mypycify
+    except ImportError:
+        sys.exit(f"FUZZY_FUSION_COMPILE=1 needs mypyc: pip install {MYPY}, or unset the variable")
+
+    scratch = tempfile.mkdtemp()
+    atexit.register(shutil.rmtree, scratch)
+    method = [str(path) for path in sorted(Path(PACKAGE, "core").glob("[a-z]*.py"))]
+    read = [str(path) for path in sorted(Path(PACKAGE, "parameters").glob("[a-z]*.py"))]
+    found = mypycify(
+        [
+            *("--config-file=", f"--cache-dir={scratch}", "--no-site-packages"),
+            *("--follow-imports=skip", "--ignore-missing-imports", *method, *read),
+        ],
+        only_compile_paths=method,
+        target_dir=scratch,
+        group_name=f"{PACKAGE}_core",
+        debug_level="0",
+    )
+    for extension in found:  # else a * b + c is rounded once where the processor can do it
+        extension.extra_compile_args.append("-ffp-contract=off")
+    return found
 
 
 class InstallData(Distribution().get_command_class("install_data")):
@@ -174,6 +217,7 @@ setup(
         "ros2cli.command": [f"fusion = {PACKAGE}.cli.ros2:FusionCommand"],
     },
     install_requires=RUNTIME,
+    setup_requires=[MYPY] if COMPILES else [],
     extras_require={
         "ros": JAZZY,
         "ros-kilted": KILTED,
@@ -183,6 +227,7 @@ setup(
         "fleet": ["distributed"],
         "test": TEST,
     },
+    ext_modules=extensions(),
     cmdclass={"install_data": InstallData, "develop": Develop},
     zip_safe=False,
 )

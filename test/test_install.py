@@ -136,6 +136,9 @@ def test_rosdep_asks_pip_only_where_it_may(system: System, workspace: Path) -> N
     assert all(re.search(f"pip3? install.* {key}", said) for key in FOR_PIP)
 
 
+PIN = r'"((?:mcap|mypy|rosbags)[=>][^"]+)"'
+
+
 def test_its_pins_are_those_of_the_package() -> None:
-    pinned = set(re.findall(r'"((?:mcap|rosbags)[^"]+)"', (ROOT / "install.sh").read_text()))
-    assert pinned == set(re.findall(r'"((?:mcap|rosbags)>[^"]+)"', (ROOT / "setup.py").read_text()))
+    pinned = set(re.findall(PIN, (ROOT / "install.sh").read_text()))
+    assert pinned == set(re.findall(PIN, (ROOT / "setup.py").read_text()))

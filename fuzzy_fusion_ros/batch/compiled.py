@@ -12,6 +12,8 @@ import functools
 import hashlib
 import importlib.util
 import os
+import runpy
+import sys
 import types
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -78,11 +80,12 @@ def can_compile() -> bool:
 @functools.cache
 def _twin(function: Any, replaced: tuple[tuple[str, Any], ...]) -> Any:
     jit = _jit()
+    function = _readable(function)
     names = {i.argval for i in dis.get_instructions(function) if i.opname == "LOAD_GLOBAL"}
     callees = {
         name: value
         for name, value in function.__globals__.items()
-        if name in names and isinstance(value, types.FunctionType) and _is_ours(value)
+        if name in names and _is_ours(value)
     }
     callees.update(replaced)
     twin = _rebound(function, {name: _twin(value, ()) for name, value in callees.items()})
@@ -91,6 +94,22 @@ def _twin(function: Any, replaced: tuple[tuple[str, Any], ...]) -> Any:
         [function.__qualname__, *(f"{value.__module__}.{name}" for name, value in replaced)]
     )
     return jit(twin)
+
+
+def _readable(function: Any) -> Any:
+    """Return a function with code that numba can read: the source's, if an extension has it."""
+    if isinstance(function, types.FunctionType):
+        return function
+    module = sys.modules[function.__module__]
+    found = _source(module)[function.__name__]
+    return types.FunctionType(found.__code__, vars(module), None, found.__defaults__)
+
+
+@functools.cache
+def _source(module: types.ModuleType) -> Mapping[str, Any]:
+    """Run the source beside an extension; only the code of its functions is of use."""
+    stem = module.__name__.rpartition(".")[2]
+    return runpy.run_path(str(Path(cast(str, module.__file__)).with_name(f"{stem}.py")))
 
 
 def _rebound(function: Any, replaced: Mapping[str, Callable[..., Any]]) -> Any:
@@ -102,8 +121,11 @@ def _rebound(function: Any, replaced: Mapping[str, Callable[..., Any]]) -> Any:
     )
 
 
-def _is_ours(function: Any) -> bool:
-    return bool(function.__module__.startswith(__name__.partition(".")[0]))
+def _is_ours(value: Any) -> bool:
+    """Return whether a value is a function of this package, of a source or of an extension."""
+    return isinstance(value, types.FunctionType | types.BuiltinFunctionType) and str(
+        value.__module__
+    ).startswith(__name__.partition(".")[0])
 
 
 @functools.cache

@@ -42,7 +42,7 @@ def extended(line: DelayLine, stamp_ns: int, value: float, delay: float) -> Dela
     Points are ``delay / REACH`` seconds apart at least, so a line reaches back over the delay
     at any sample rate.
     """
-    if line.filled > 0 and seconds_between(line.stamps_ns[-1], stamp_ns) < delay / REACH:
+    if line.filled > 0 and seconds_between(int(line.stamps_ns[-1]), stamp_ns) < delay / REACH:
         return line
     stamps_ns = np.empty_like(line.stamps_ns)
     values = np.empty_like(line.values)
@@ -75,13 +75,13 @@ def delayed(line: DelayLine, newest_ns: int, newest: float, stamp_ns: int, delay
     if seconds_between(later_ns, stamp_ns) >= delay:
         return later
     for k in range(CAPACITY - 1, CAPACITY - 1 - line.filled, -1):
-        earlier_ns = line.stamps_ns[k]
-        earlier = line.values[k]
+        earlier_ns = int(line.stamps_ns[k])
+        earlier = float(line.values[k])
         beyond = seconds_between(earlier_ns, stamp_ns) - delay
         if beyond >= 0.0:
             span = seconds_between(earlier_ns, later_ns)
             share = beyond / span if span > 0.0 else 0.0
-            return float(earlier + share * (later - earlier))
+            return earlier + share * (later - earlier)
         later_ns = earlier_ns
         later = earlier
     return later
