@@ -29,6 +29,9 @@ MOST_POINTS = 2**15
 FEWEST_POINTS = 20
 """With fewer points of the slower sensor a fit of lag, sign and scale means nothing."""
 
+MOST_GAPS = 2
+"""Points of the grid per sample of the faster sensor: work grows with samples, not with gaps."""
+
 GRID_STEPS = 4
 """Points of the grid in an interval of the slower sensor, if the faster one has as many."""
 
@@ -245,6 +248,7 @@ def _grid(s1: Motion, s2: Motion, most_points: int) -> _Grid | None:
     start = max(s1.time_s[0], s2.time_s[0])
     end = min(s1.time_s[-1], s2.time_s[-1])
     step = max(faster, slower / GRID_STEPS)
+    most_points = min(most_points, MOST_GAPS * max(s1.time_s.size, s2.time_s.size))
     if end - start < FEWEST_POINTS * slower:
         return None
     if end - start > most_points * step:
@@ -279,12 +283,13 @@ def _grid(s1: Motion, s2: Motion, most_points: int) -> _Grid | None:
 
 
 def _liveliest(motion: Motion, start: float, end: float, span: float) -> float:
-    """Return where the part begins in which a sensor changes most."""
-    parts = int((end - start) / span)
-    starts = start + span * np.arange(parts)
+    """Return where the part begins in which a sensor changes most, of those that have samples."""
+    last = int((end - start) / span) - 1
+    parts = np.unique(np.clip((motion.time_s - start) // span, 0, last))
+    starts = start + span * parts
     travelled = np.append(0.0, np.cumsum(np.abs(np.diff(motion.values))))
-    edges = np.interp(np.append(starts, starts[-1] + span), motion.time_s, travelled)
-    return float(starts[np.argmax(np.diff(edges))])
+    before, after = (np.interp(each, motion.time_s, travelled) for each in (starts, starts + span))
+    return float(starts[np.argmax(after - before)])
 
 
 def _at(motion: Motion, times: Reals, step: float) -> Reals:
