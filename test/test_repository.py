@@ -125,5 +125,7 @@ def test_every_source_file_names_its_licence() -> None:
     named = "# SPDX-License-Identifier: Apache-2.0"
     folders = ("fuzzy_fusion_ros", "test", "docs", "examples", "bags", "launch", "config")
     sources = [path for folder in folders for path in (ROOT / folder).rglob("*.py")]
-    without = [path for path in sources if path.read_text().splitlines()[:1] != [named]]
-    assert without == [], f"their first line is to be: {named}"
+    names = ("Makefile", "Dockerfile", "action.yml", "install.sh", "setup.cfg", "setup.py")
+    sources += [*(ROOT / ".ci").iterdir(), *(ROOT / name for name in names)]
+    without = [path for path in sources if named not in path.read_text().splitlines()[:2]]
+    assert without == [], f"their first line, or the one after #!, is to be: {named}"
