@@ -62,7 +62,7 @@ def fuzz(folder: Path, cases: int, seed: int) -> Guided:
     def run() -> None:
         try:
             results.append(_fuzz(folder, cases, random.Random(seed)))
-        except BaseException as error:
+        except BaseException as error:  # whatever it is, the thread that waits raises it
             results.append(error)
 
     thread = threading.Thread(target=run, daemon=True)

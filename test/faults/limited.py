@@ -63,7 +63,7 @@ def _status(command: Callable[[list[str]], int], arguments: list[str]) -> int:
         status = command(arguments)
     except SystemExit as end:
         status = end.code if isinstance(end.code, int) else 1
-    except BaseException:
+    except BaseException:  # a fork ends here: above are the cases of its parent
         traceback.print_exc()
         status = 1
     sys.stdout.flush()
