@@ -36,7 +36,6 @@ class Fusion:
 
     def __init__(self, parameters: Parameters) -> None:
         self._intake = Intake(parameters)
-        self._period = parameters.signal.period
         self._estimator = estimator_for(parameters)
         self._state: Any = self._estimator.initial_state(parameters)
         self._estimated_ns = 0
@@ -147,9 +146,9 @@ class Fusion:
         if estimate.mode == WAITING or stamp_ns <= self._estimated_ns:
             return ()
         self._estimated_ns = stamp_ns
-        turned = 0.0
-        if self._period > 0.0:
-            turned = self._period * turns(estimate.value, 0.0, self._period)
+        period, turned = self.parameters.signal.period, 0.0
+        if period > 0.0:
+            turned = period * turns(estimate.value, 0.0, period)
             estimate = wrapped(estimate, turned)
         return (Fused(stamp_ns, estimate, self._state, self._s2_message, turned),)
 
