@@ -10,10 +10,11 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TypedDict
 
-from fuzzy_fusion_ros.jobs.outputs import one_for_each, require_writable, writing
+from fuzzy_fusion_ros.jobs.outputs import one_for_each, require_writable
 from fuzzy_fusion_ros.offline.topics import ROLES, Topics
 from fuzzy_fusion_ros.parameters.errors import UsageError
 from fuzzy_fusion_ros.parameters.stdout import write_out
+from fuzzy_fusion_ros.parameters.writing import writing
 
 REPORT_SUFFIXES = (".html", ".htm")
 
@@ -163,9 +164,8 @@ def write_json(document: object, path: str) -> None:
     if path == "-":
         write_out(text)
         return
-    with writing(path):
-        Path(path).parent.mkdir(parents=True, exist_ok=True)
-        Path(path).write_text(text, encoding="utf-8")
+    with writing(path) as file:
+        file.write_text(text, encoding="utf-8")
 
 
 def require_results(

@@ -30,7 +30,6 @@ from fuzzy_fusion_ros.batch.arrays import (
 )
 from fuzzy_fusion_ros.batch.compiled import interpreted
 from fuzzy_fusion_ros.batch.series import fusion
-from fuzzy_fusion_ros.jobs.outputs import writing
 from fuzzy_fusion_ros.jobs.parameter_file import baseline_parameters
 from fuzzy_fusion_ros.jobs.progress import SILENT, Progress
 from fuzzy_fusion_ros.jobs.replay import replay
@@ -41,6 +40,7 @@ from fuzzy_fusion_ros.offline.topics import Topics
 from fuzzy_fusion_ros.parameters.errors import BagError, FusionError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
+from fuzzy_fusion_ros.parameters.writing import writing
 from fuzzy_fusion_ros.scoring.score import Score, score_bag
 from fuzzy_fusion_ros.simulation.closed_loop import Run, simulate
 from fuzzy_fusion_ros.simulation.scenario import Scenario

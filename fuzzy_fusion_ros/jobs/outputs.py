@@ -5,30 +5,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 
-from fuzzy_fusion_ros.parameters.errors import FusionError
+from fuzzy_fusion_ros.parameters.writing import OutputError, writing
 
 _Name = tuple[int, int] | tuple[str]
 """Device and number of a file that exists, or the path of one that does not."""
-
-
-class OutputError(FusionError):
-    """A file or directory cannot be written."""
-
-
-@contextmanager
-def writing(path: str | Path) -> Iterator[None]:
-    """Context manager: report any failure to write as an error of the user's.
-
-    Raises:
-        OutputError: The path cannot be written.
-    """
-    try:
-        yield
-    except OSError as error:
-        raise OutputError(f"{str(path)!r} cannot be written: {error.strerror or error}") from None
 
 
 def require_writable(*outputs: str | Path | None, inputs: Iterable[object] = ()) -> None:
@@ -51,9 +33,7 @@ def require_writable(*outputs: str | Path | None, inputs: Iterable[object] = ())
     for output in outputs:
         if output is None or output == "-":
             continue
-        with writing(output):
-            path = Path(os.path.realpath(output))
-            path.parent.mkdir(parents=True, exist_ok=True)
+        with writing(os.path.realpath(output)) as path:
             was_there = path.exists()
             if not was_there or path.is_file() or path.is_dir():  # no device, no pipe
                 path.open("ab").close()

@@ -10,7 +10,13 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from fuzzy_fusion_ros.baselines import BaselineParameters
-from fuzzy_fusion_ros.parameters.file import ParameterFileError, dumps, load, parameters_from
+from fuzzy_fusion_ros.parameters.file import (
+    ParameterFileError,
+    dumps,
+    load,
+    parameters_from,
+    read_text,
+)
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import flatten, replace
 
@@ -66,8 +72,8 @@ def text_of(source: Source) -> str:
     """Return parameters as the text of a file: as it stands, if they are in one.
 
     Raises:
-        OSError: The file cannot be read.
+        ParameterError: The file cannot be read.
     """
     if isinstance(source, str | Path):
-        return Path(source).read_text(encoding="utf-8")
+        return read_text(source)
     return dumps(fusion_parameters(source))

@@ -13,7 +13,7 @@ from fuzzy_fusion_ros.baselines import BaselineParameters
 from fuzzy_fusion_ros.batch.arrays import Reals, nearest
 from fuzzy_fusion_ros.batch.series import held_s2
 from fuzzy_fusion_ros.jobs import parameter_file
-from fuzzy_fusion_ros.jobs.outputs import require_writable, writing
+from fuzzy_fusion_ros.jobs.outputs import require_writable
 from fuzzy_fusion_ros.jobs.parameter_file import Source, fusion_parameters
 from fuzzy_fusion_ros.jobs.progress import SILENT, Progress
 from fuzzy_fusion_ros.offline.check import warnings_of
@@ -21,6 +21,7 @@ from fuzzy_fusion_ros.offline.recording import Recording, read_recording
 from fuzzy_fusion_ros.offline.topics import Topics, codecs_of
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
+from fuzzy_fusion_ros.parameters.writing import writing
 from fuzzy_fusion_ros.scoring.join import interpolated
 from fuzzy_fusion_ros.tuning import Tuned
 from fuzzy_fusion_ros.tuning import tune as fit
@@ -64,9 +65,8 @@ class TuneResult(NamedTuple):
         Raises:
             FusionError: The file cannot be written.
         """
-        with writing(path):
-            Path(path).parent.mkdir(parents=True, exist_ok=True)
-            Path(path).write_text(self.text(), encoding="utf-8")
+        with writing(path) as file:
+            file.write_text(self.text(), encoding="utf-8")
 
 
 def tune(

@@ -19,6 +19,7 @@ from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
 from fuzzy_fusion_ros.nodes.sensor_report import SensorReport
 from fuzzy_fusion_ros.online.fusion import Fusion
 from fuzzy_fusion_ros.online.verdict import Verdict
+from fuzzy_fusion_ros.parameters.errors import FusionError
 from fuzzy_fusion_ros.parameters.file import ParameterFileError, dump
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import flatten, replace
@@ -198,7 +199,7 @@ class FusionNode(ConfiguredNode[Parameters]):
             if path.exists():
                 raise ParameterFileError(path, "exists: move it away, then save again")
             dump(replace(self._fusion.in_use, {"self_tuning": False}), path)
-        except ParameterFileError as error:
+        except FusionError as error:
             response.success, response.message = False, str(error)
         else:
             response.success, response.message = True, f"parameters written to {path}"

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fuzzy_fusion_ros.paper.methods import METHODS
 from fuzzy_fusion_ros.paper.results import Results
 from fuzzy_fusion_ros.paper.sweep import elapsed, sweep_points
-from fuzzy_fusion_ros.parameters.errors import FusionError
+from fuzzy_fusion_ros.parameters.writing import writing
 from fuzzy_fusion_ros.simulation.closed_loop import Run
 
 Table = Mapping[str, NDArray[Any]]
@@ -123,14 +123,10 @@ def write_csv(table: Table, path: Path) -> None:
         FusionError: The file cannot be written.
     """
     columns = [[_text(value) for value in column.tolist()] for column in table.values()]
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(table)
-            writer.writerows(zip(*columns, strict=True))
-    except OSError as error:
-        raise FusionError(f"{str(path)!r} cannot be written: {error.strerror or error}") from error
+    with writing(path), path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(table)
+        writer.writerows(zip(*columns, strict=True))
 
 
 def _text(value: object) -> str:

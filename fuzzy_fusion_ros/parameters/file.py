@@ -11,6 +11,7 @@ import difflib
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ from fuzzy_fusion_ros.parameters.group import (
     flatten,
     replace,
 )
+from fuzzy_fusion_ros.parameters.writing import writing
 from fuzzy_fusion_ros.parameters.yaml_text import LOADER, checked_yaml, read_yaml_text
 from fuzzy_fusion_ros.text.visible import visible
 
@@ -110,17 +112,15 @@ def dump(
 
     Args:
         parameters: What to write, each with its meaning, unit and range beside it.
-        path: The file, overwritten if it exists.
+        path: The file, overwritten if it exists; its directory is made if it is missing.
         comments: Lines to write at the top.
         node_name: The node that it is for, in any namespace; empty for a node of any name.
 
     Raises:
-        ParameterFileError: The file cannot be written.
+        FusionError: The file cannot be written.
     """
-    try:
-        Path(path).write_text(dumps(parameters, comments, node_name), encoding="utf-8")
-    except OSError as error:
-        raise ParameterFileError(path, f"cannot be written: {error.strerror}") from error
+    with writing(path) as file:
+        file.write_text(dumps(parameters, comments, node_name), encoding="utf-8")
 
 
 def dumps(parameters: Group, comments: Iterable[str] = (), node_name: str = "") -> str:
@@ -176,17 +176,34 @@ def _matches(pattern: list[str], names: list[str]) -> bool:
     return bool(names) and head in {"*", names[0]} and _matches(rest, names[1:])
 
 
-def _sections(path: str | Path) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield each node's name in a file with its parameters."""
+def read_text(path: str | Path) -> str:
+    """Return the text of a parameter file.
+
+    Raises:
+        ParameterFileError: The file cannot be read, or is no text.
+    """
+    with _reading(path):
+        return read_yaml_text(Path(path))
+
+
+@contextmanager
+def _reading(path: str | Path) -> Iterator[None]:
+    """Context manager: report any failure to read a file."""
     try:
-        text = checked_yaml(read_yaml_text(Path(path)), aliases=False)
-        root = yaml.compose(text, LOADER)
+        yield
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         reason = " ".join(str(error).split())
         raise ParameterFileError(path, f"is not valid YAML: {reason}") from None
     except (OSError, ValueError) as error:
         reason = str(error.strerror if isinstance(error, OSError) else error)
         raise ParameterFileError(path, f"cannot be read: {reason}") from None
+
+
+def _sections(path: str | Path) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield each node's name in a file with its parameters."""
+    with _reading(path):
+        text = checked_yaml(read_yaml_text(Path(path)), aliases=False)
+        root = yaml.compose(text, LOADER)
     if not isinstance(root, yaml.MappingNode):
         raise ParameterFileError(path, f"expected node names with {KEY}: below them")
     yield from _nodes_in(path, root, "")

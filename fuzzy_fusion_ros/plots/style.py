@@ -17,6 +17,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from fuzzy_fusion_ros.parameters.errors import FusionError
+from fuzzy_fusion_ros.parameters.writing import writing
 
 WIDTH_PX = 900
 _DPI = 100
@@ -97,10 +98,5 @@ def save(figure: Figure, path: str | Path) -> None:
     target = Path(path)
     require_format(target)
     metadata = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
+    with writing(target):
         figure.savefig(target, dpi=2 * _DPI, metadata=metadata.get(target.suffix[1:]))
-    except OSError as error:
-        raise FusionError(
-            f"plot {str(path)!r} cannot be written: {error.strerror or error}"
-        ) from error

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fuzzy_fusion_ros.batch.arrays import Reals
-from fuzzy_fusion_ros.parameters.errors import FusionError
+from fuzzy_fusion_ros.parameters.writing import writing
 
 MOST_SAMPLES = 100_000
 """Of a longer recording every second, third, ... sample is shown: a browser draws no more well."""
@@ -123,13 +123,8 @@ def write_page(page: Page, path: str | Path) -> None:
     Raises:
         FusionError: The file cannot be written.
     """
-    try:
-        Path(path).parent.mkdir(parents=True, exist_ok=True)
-        Path(path).write_text(rendered(page), encoding="utf-8")
-    except OSError as error:
-        raise FusionError(
-            f"report {str(path)!r} cannot be written: {error.strerror or error}"
-        ) from error
+    with writing(path) as file:
+        file.write_text(rendered(page), encoding="utf-8")
 
 
 def rendered(page: Page) -> str:

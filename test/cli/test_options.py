@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 
 from fuzzy_fusion_ros.cli import options
-from fuzzy_fusion_ros.jobs.outputs import OutputError
 from fuzzy_fusion_ros.offline.topics import Topics
 from fuzzy_fusion_ros.parameters.arguments import Parser
 from fuzzy_fusion_ros.parameters.errors import FusionError, UsageError
+from fuzzy_fusion_ros.parameters.writing import OutputError
 
 
 @pytest.fixture

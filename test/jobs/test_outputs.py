@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from fuzzy_fusion_ros.jobs.outputs import OutputError, one_for_each, require_writable
+from fuzzy_fusion_ros.jobs.outputs import one_for_each, require_writable
+from fuzzy_fusion_ros.parameters.writing import OutputError
 
 
 @pytest.fixture

@@ -27,6 +27,8 @@ def test_parameters_are_given_as_such_as_a_file_or_not_at_all(tmp_path: Path) ->
     path.write_text(text(parameters, baselines, ["Made by hand."]))
     assert path.read_text().startswith("# Made by hand.")
     assert text_of(path) == path.read_text()
+    with pytest.raises(ParameterError, match="cannot be read: "):
+        text_of(tmp_path / "missing.yaml")
     for source in (path, str(path)):
         assert fusion_parameters(source) == parameters
         assert baseline_parameters(source) == baselines
