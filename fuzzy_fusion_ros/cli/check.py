@@ -24,6 +24,7 @@ from fuzzy_fusion_ros.cli.status import DONE, FAILED, command, say, show
 from fuzzy_fusion_ros.jobs.fleet import Failure
 from fuzzy_fusion_ros.offline.topics import Topics
 from fuzzy_fusion_ros.parameters.arguments import Parser
+from fuzzy_fusion_ros.text.table import bag_table
 
 if TYPE_CHECKING:
     from fuzzy_fusion_ros.jobs.check import CheckResult
@@ -79,7 +80,7 @@ def _text(found: Mapping[str, CheckResult | Failure]) -> str:
         wrong = [str(one) for one in findings if one.level is not Level.INFO]
         words = "; ".join(wrong) or ("" if each.check else "not checked: it has no /s1 and /s2")
         rows.append((bag, str(len(wrong)), words))
-    return fleet.bag_table(rows)
+    return bag_table(rows)
 
 
 def command_line() -> Parser:

@@ -12,7 +12,6 @@ from fuzzy_fusion_ros.cli.progress import BARS
 from fuzzy_fusion_ros.jobs.fleet import Failure, outcomes
 from fuzzy_fusion_ros.jobs.progress import SILENT, Progress
 from fuzzy_fusion_ros.parameters.errors import FusionError
-from fuzzy_fusion_ros.text.table import text_table
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -22,6 +21,27 @@ MOST_JOBS = 1024
 
 def add_bags(parser: argparse.ArgumentParser) -> None:
     """Add the bags, ``--jobs`` and ``--scheduler``."""
+    add_local_bags(parser)
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="process the bags on the cluster of this Dask scheduler, for example "
+        "tcp://host:8786; its workers must see the bags and all files named here at the same "
+        "absolute paths",
+    )
+
+
+def add_local_bags(
+    parser: argparse.ArgumentParser,
+    jobs: str = "process this many bags at a time, each in a process of its own {1}",
+) -> None:
+    """Add the bags and ``--jobs`` of a command that does not work on a cluster.
+
+    Args:
+        parser: Where to.
+        jobs: What ``--jobs`` does, in words.
+    """
+    parser.set_defaults(scheduler=None)
     parser.add_argument(
         "bag", metavar="BAG", nargs="+", help="rosbag2 directory or .mcap file; one or several"
     )
@@ -30,14 +50,7 @@ def add_bags(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         type=_jobs,
         default=1,
-        help="process this many bags at a time, each in a process of its own {1}",
-    )
-    parser.add_argument(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="process the bags on the cluster of this Dask scheduler, for example "
-        "tcp://host:8786; its workers must see the bags and all files named here at the same "
-        "absolute paths",
+        help=jobs,
     )
 
 
@@ -73,19 +86,9 @@ def run(
     return found
 
 
-def bag_table(rows: Sequence[tuple[str, ...]]) -> str:
-    """Return a table of several bags: a row of headers, then one for each bag, words last."""
-    shortened = [(_end_of(name), *rest) for name, *rest in rows]
-    return text_table(shortened, align="l" + "r" * (len(rows[0]) - 2) + "l")
-
-
 def failed_row(bag: str, failure: Failure, columns: int) -> tuple[str, ...]:
     """Return the row of a bag that failed, in a table with so many columns."""
     return (bag, *[""] * (columns - 2), f"failed: {failure.reason}")
-
-
-def _end_of(name: str, longest: int = 24) -> str:
-    return name if len(name) <= longest else f"…{name[-longest + 1 :]}"
 
 
 def _jobs(text: str) -> int:

@@ -25,6 +25,7 @@ from fuzzy_fusion_ros.jobs.fleet import Failure
 from fuzzy_fusion_ros.jobs.outputs import one_for_each
 from fuzzy_fusion_ros.parameters.arguments import Parser
 from fuzzy_fusion_ros.parameters.errors import UsageError
+from fuzzy_fusion_ros.text.table import bag_table
 
 if TYPE_CHECKING:
     from fuzzy_fusion_ros.offline.replay import Replayed
@@ -62,7 +63,7 @@ def _replay(given: argparse.Namespace) -> int:
         if len(found) == 1:
             _show_one(output, each)
     if len(found) > 1:
-        show(fleet.bag_table(rows))
+        show(bag_table(rows))
     return FAILED if any(isinstance(each, Failure) for each in found) else DONE
 
 

@@ -20,6 +20,7 @@ from fuzzy_fusion_ros.cli.status import DONE, FAILED, command, say, show
 from fuzzy_fusion_ros.jobs.fleet import Failure
 from fuzzy_fusion_ros.parameters.arguments import Parser
 from fuzzy_fusion_ros.parameters.errors import UsageError
+from fuzzy_fusion_ros.text.table import bag_table
 
 if TYPE_CHECKING:
     from fuzzy_fusion_ros.scoring.score import Score
@@ -60,7 +61,7 @@ def _report(
     for each in scores:
         for note in each.notes:
             say("score", f"{each.name}: {note}")
-    text = report(scores[0]) if len(found) == 1 else fleet.bag_table(_rows(found))
+    text = report(scores[0]) if len(found) == 1 else bag_table(_rows(found))
     show(text, on_stderr=given.json == "-")
     if given.plot:
         _plot(scores, given.plot)

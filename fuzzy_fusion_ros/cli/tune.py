@@ -3,9 +3,10 @@
 
 It characterises the sensors, fits candidates from either sensor alone up to the whole fusion, and
 chooses the whole fusion unless something simpler does clearly better on parts of the recording that
-it was not fitted to. The baselines are fitted to the same target and written to the same file, for
-score --params. Without a truth the target is what S2 says, and errors are measured against a
-reference reconstructed from both sensors with hindsight.
+it was not fitted to. To several recordings of the same sensors it fits one set of parameters, and
+the parts are the recordings. The baselines are fitted to the same target and written to the same
+file, for score --params. Without a truth the target is what S2 says, and errors are measured
+against a reference reconstructed from both sensors with hindsight.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from fuzzy_fusion_ros.cli import options
+from fuzzy_fusion_ros.cli import fleet, options
 from fuzzy_fusion_ros.cli.progress import BARS
 from fuzzy_fusion_ros.cli.status import DONE, command, say, show
 from fuzzy_fusion_ros.parameters.arguments import Parser, called
@@ -27,17 +28,17 @@ OUTPUT = "tuned.yaml"
 
 @command("tune")
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Tune to a bag."""
+    """Tune to one or several bags."""
     given = command_line().parse_args(arguments)
     topics, window = options.topics_of(given), options.window_of(given)
     from fuzzy_fusion_ros.batch.compiled import can_compile
     from fuzzy_fusion_ros.jobs.tune import tune  # after parsing: takes time to import
 
-    options.require_results(given, given.bag, given.params, more=[given.output])
+    options.require_results(given, *given.bag, given.params, more=[given.output])
     if not can_compile():
         say("tune", "numba is not installed, which makes this about 100 times slower: install it")
     result = tune(
-        given.bag,
+        fleet.bags_of(given),
         given.output,
         parameters=given.params,
         topics=topics,
@@ -45,6 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         use_truth=not given.no_truth,
         unit=given.unit,
         seed=given.seed,
+        jobs=given.jobs,
         progress=BARS,
     )
     _report(result, given)
@@ -53,33 +55,48 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _report(result: TuneResult, given: argparse.Namespace) -> None:
     """Print what was found; draw and write it where asked to."""
-    from fuzzy_fusion_ros.tuning.report import as_json, candidate_lines, described, outcome
+    from fuzzy_fusion_ros.tuning import report
 
-    for note in result.recording.notes:
-        say("tune", f"{result.recording.name}: {note}")
     tuned, unit = result.tuned, result.unit
-    lines = [*described(tuned.sensors, unit), "", *candidate_lines(tuned, unit), ""]
-    lines += [outcome(tuned, unit), f"parameters written; run the node with: {_command(given)}"]
-    show("\n".join(lines), on_stderr=given.json == "-")
+    names = [each.name for each in result.recordings]
+    odd = report.recording_notes(tuned, unit)
+    for each, own in zip(result.recordings, odd, strict=True):
+        for note in (*each.notes, *own):
+            say("tune", f"{each.name}: {note}")
+    parts = [report.described(tuned.sensors, unit), report.candidate_lines(tuned, unit)]
+    if names[1:]:
+        parts.append(report.recording_lines(tuned, unit, names))
+    parts.append(
+        [report.outcome(tuned, unit), f"parameters written; run the node with: {_command(given)}"]
+    )
+    show("\n\n".join("\n".join(each) for each in parts), on_stderr=given.json == "-")
     if given.plot:
-        from fuzzy_fusion_ros.plots.tuning import plot_tuning
-
-        plot_tuning(tuned, result.recording.series, unit, given.plot)
+        _plot(result, given.plot)
     if given.report:
-        _write_report(result, given.report)
+        _write_reports(result, given.report)
     if given.json:
-        options.write_json(as_json(tuned, unit), given.json)
+        options.write_json(report.as_json(tuned, unit, names), given.json)
 
 
-def _write_report(result: TuneResult, path: str) -> None:
+def _plot(result: TuneResult, path: str) -> None:
+    from fuzzy_fusion_ros.jobs.outputs import one_for_each
+    from fuzzy_fusion_ros.plots.tuning import plot_tuning
+
+    targets = one_for_each(path, [each.name for each in result.recordings])
+    for k, (each, target) in enumerate(zip(result.recordings, targets, strict=True)):
+        plot_tuning(result.tuned.on(k), each.series, result.unit, target)
+
+
+def _write_reports(result: TuneResult, path: str) -> None:
+    from fuzzy_fusion_ros.jobs.outputs import one_for_each
     from fuzzy_fusion_ros.reports.page import write_page
     from fuzzy_fusion_ros.reports.tune import tune_page
 
-    recording = result.recording
-    page = tune_page(
-        result.tuned, recording.series, result.unit, recording.name, result.origin, result.text()
-    )
-    write_page(page, path)
+    text = result.text()
+    targets = one_for_each(path, [each.name for each in result.recordings])
+    for k, (each, target) in enumerate(zip(result.recordings, targets, strict=True)):
+        own, unit = result.tuned.on(k), result.unit
+        write_page(tune_page(own, each.series, unit, each.name, result.origin, text), target)
 
 
 def _command(given: argparse.Namespace) -> str:
@@ -96,7 +113,10 @@ def _command(given: argparse.Namespace) -> str:
 def command_line() -> Parser:
     """Return the parser of its arguments."""
     parser = Parser("tune", __doc__)
-    parser.add_argument("bag", metavar="BAG", help="rosbag2 directory or .mcap file")
+    fleet.add_local_bags(
+        parser,
+        "read this many bags at a time, each in a process of its own; fits use all cores {1}",
+    )
     parser.add_argument(
         "--output",
         metavar="FILE",

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fits the fusion's parameters, and those of the baselines, to a bag."""
+"""Fits the fusion's parameters, and those of the baselines, to one or several bags."""
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,20 +15,25 @@ from fuzzy_fusion_ros.baselines import BaselineParameters
 from fuzzy_fusion_ros.batch.arrays import Reals, nearest
 from fuzzy_fusion_ros.batch.series import held_s2
 from fuzzy_fusion_ros.jobs import parameter_file
+from fuzzy_fusion_ros.jobs.fleet import Failure, outcomes
 from fuzzy_fusion_ros.jobs.outputs import require_writable
 from fuzzy_fusion_ros.jobs.parameter_file import Source, fusion_parameters
 from fuzzy_fusion_ros.jobs.progress import SILENT, Progress
 from fuzzy_fusion_ros.offline.check import warnings_of
 from fuzzy_fusion_ros.offline.recording import Recording, read_recording
 from fuzzy_fusion_ros.offline.topics import Topics, codecs_of
+from fuzzy_fusion_ros.parameters.errors import FusionError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
-from fuzzy_fusion_ros.parameters.group import replace
+from fuzzy_fusion_ros.parameters.group import flatten, replace
 from fuzzy_fusion_ros.parameters.writing import writing
 from fuzzy_fusion_ros.scoring.join import interpolated
-from fuzzy_fusion_ros.tuning import Tuned
-from fuzzy_fusion_ros.tuning import tune as fit
+from fuzzy_fusion_ros.tuning import Trial, Tuned
+from fuzzy_fusion_ros.tuning import tune_to as fit
 from fuzzy_fusion_ros.tuning.reference import in_gaps
 from fuzzy_fusion_ros.tuning.report import comments
+
+_NAMED = 5
+"""Most bags that are named one by one."""
 
 
 class TuneResult(NamedTuple):
@@ -34,13 +41,13 @@ class TuneResult(NamedTuple):
 
     Attributes:
         tuned: The fit: candidates, errors before and after, characteristics of the sensors.
-        recording: What was read of the bag.
+        recordings: What was read of each bag.
         unit: Unit of the signal, ``""`` where it is not known.
-        origin: Bag, span and seed, in words.
+        origin: Bags, span and seed, in words.
     """
 
     tuned: Tuned
-    recording: Recording
+    recordings: tuple[Recording, ...]
     unit: str
     origin: str
 
@@ -56,7 +63,8 @@ class TuneResult(NamedTuple):
 
     def text(self) -> str:
         """Return the parameters as the text of a file for ``fusion_node`` and ``score``."""
-        lines = comments(self.tuned, self.unit, self.origin)
+        names = [Path(each.name).name for each in self.recordings]
+        lines = comments(self.tuned, self.unit, self.origin, names)
         return parameter_file.text(self.parameters, self.baselines, lines)
 
     def write(self, path: str | Path) -> None:
@@ -69,8 +77,15 @@ class TuneResult(NamedTuple):
             file.write_text(self.text(), encoding="utf-8")
 
 
+class _Read(NamedTuple):
+    """What was read of a bag, and the parameters with the types and fields of its sensors."""
+
+    recording: Recording
+    base: Parameters
+
+
 def tune(
-    bag: str | Path,
+    bag: str | Path | Sequence[str | Path],
     output: str | Path | None = None,
     *,
     parameters: Source = None,
@@ -80,34 +95,80 @@ def tune(
     use_truth: bool = True,
     unit: str | None = None,
     seed: int = 0,
+    jobs: int = 1,
     progress: Progress = SILENT,
 ) -> TuneResult:
-    """Fit the parameters to a bag; the same arguments give the same result.
+    """Fit the parameters to one or several bags; the same arguments give the same result.
 
     Args:
-        bag: A rosbag2 directory or an ``.mcap`` file.
+        bag: A rosbag2 directory or an ``.mcap`` file; or several, of the same sensors, which get
+            one set of parameters.
         output: YAML file to write the parameters to, if any.
         parameters: What the fit leaves alone, or the YAML file with it; the defaults unless given.
         topics: Where sensors and truth are; ``/s1``, ``/s2`` and ``/truth`` unless given.
-        start: Where the span to fit to starts, seconds from the first message of the bag.
-        end: Where it ends, seconds from the first message of the bag.
-        use_truth: Whether to fit to the bag's truth, if it has one; otherwise the fit is to what
+        start: Where the span to fit to starts, seconds from the first message of each bag.
+        end: Where it ends, seconds from the first message of each bag.
+        use_truth: Whether to fit to the truth, if the bags have one; otherwise the fit is to what
             both sensors say in hindsight.
         unit: Unit of the signal; unless given, that of the message type, if it has one.
         seed: Seed of the optimiser.
+        jobs: How many bags are read at a time, each in a process; 1 is none but this one.
         progress: What shows progress; nothing does unless given.
 
     Raises:
-        FusionError: The bag, the parameters or the output cannot be used, or there are too few
-            samples to fit to.
+        FusionError: A bag, the parameters or the output cannot be used, there are too few samples
+            to fit to, or some of the bags have other types or lack the truth that others have.
     """
-    require_writable(output, inputs=[bag, parameters])
-    asked = topics or Topics()
+    bags = [bag] if isinstance(bag, str | Path) else list(bag)
+    require_writable(output, inputs=[*bags, parameters])
+    task = functools.partial(
+        _read,
+        parameters=fusion_parameters(parameters),
+        topics=topics or Topics(),
+        start=start,
+        end=end,
+        use_truth=use_truth,
+        progress=progress if jobs == 1 or len(bags) == 1 else SILENT,
+    )
+    read = []
+    for each in outcomes(task, bags, jobs):
+        if isinstance(each, Failure):
+            raise FusionError(each.reason)
+        read.append(each)
+    _require_same_types(read)
+    recordings = tuple(each.recording for each in read)
+    with_truth = use_truth and _all_have_truth(recordings)
+    trials = [
+        Trial(each.series, _truth(each) if with_truth else None, each.name if len(bags) > 1 else "")
+        for each in recordings
+    ]
+    with progress.counted("tuning", " runs") as advance:
+        tuned = fit(trials, read[0].base, seed, progress=advance)
+    result = TuneResult(
+        tuned,
+        recordings,
+        recordings[0].unit if unit is None else unit,
+        _origin(bags, start, end, seed, tuned.with_truth),
+    )
+    if output is not None:
+        result.write(output)
+    return result
+
+
+def _read(
+    bag: str | Path,
+    parameters: Parameters,
+    topics: Topics,
+    start: float | None,
+    end: float | None,
+    use_truth: bool,
+    progress: Progress,
+) -> _Read:
     with open_bag(bag) as reader:
-        wanted = asked.found_in(reader)
-        if use_truth and asked.truth != Topics().truth:
+        wanted = topics.found_in(reader)
+        if use_truth and topics.truth != Topics().truth:
             reader.require_topics(wanted.truth)
-        base = _with_types(reader, wanted, fusion_parameters(parameters))
+        base = _with_types(reader, wanted, parameters)
         recording = read_recording(
             reader,
             wanted,
@@ -117,19 +178,38 @@ def tune(
             lambda messages: progress.over(messages, f"reading {Path(bag).name}", unit=" messages"),
         )
         found = warnings_of(reader, wanted, base, start, end)
-        recording = recording._replace(notes=(*recording.notes, *found))
-    truth = _truth(recording) if use_truth and recording.truth.stamps_ns.size else None
-    with progress.counted("tuning", " runs") as advance:
-        tuned = fit(recording.series, truth, base, seed, progress=advance)
-    result = TuneResult(
-        tuned,
-        recording,
-        recording.unit if unit is None else unit,
-        _origin(bag, start, end, seed, tuned.with_truth),
-    )
-    if output is not None:
-        result.write(output)
-    return result
+    return _Read(recording._replace(notes=(*recording.notes, *found)), base)
+
+
+def _require_same_types(read: Sequence[_Read]) -> None:
+    """Check that one set of parameters can serve all bags.
+
+    Raises:
+        FusionError: The sensors of a bag have other types or fields than those of the first.
+    """
+    first = flatten(read[0].base)
+    for each in read[1:]:
+        for name, value in flatten(each.base).items():
+            if value != first[name]:
+                raise FusionError(
+                    f"{each.recording.name}: {name} is {value!r}, in {read[0].recording.name} it "
+                    f"is {first[name]!r}: tune to bags of the same sensors only"
+                )
+
+
+def _all_have_truth(recordings: Sequence[Recording]) -> bool:
+    """Return whether the recordings have a truth.
+
+    Raises:
+        FusionError: Some have one, and others have none.
+    """
+    without = [each.name for each in recordings if not each.truth.stamps_ns.size]
+    if without and len(without) < len(recordings):
+        raise FusionError(
+            f"{without[0]} has no truth, and other bags have one: leave it out, or ignore the "
+            "truth of all by --no-truth"
+        )
+    return not without
 
 
 def _with_types(bag: BagReader, topics: Topics, parameters: Parameters) -> Parameters:
@@ -156,9 +236,16 @@ def _truth(recording: Recording) -> Reals:
 
 
 def _origin(
-    bag: str | Path, start: float | None, end: float | None, seed: int, with_truth: bool
+    bags: Sequence[str | Path],
+    start: float | None,
+    end: float | None,
+    seed: int,
+    with_truth: bool,
 ) -> str:
+    names = [Path(each).name for each in bags]
+    shown = ", ".join(names) if len(names) <= _NAMED else f"{names[0]} and {len(names) - 1} more"
     span = "" if start is end is None else f", --start {start or 0.0:g}"
     span += "" if end is None else f" --end {end:g}"
-    target = "its truth" if with_truth else "what both sensors say in hindsight, without a truth"
-    return f"{Path(bag).name}{span}, --seed {seed}, fitted to {target}"
+    whose = "its" if len(names) == 1 else "their"
+    target = "what both sensors say in hindsight, without a truth"
+    return f"{shown}{span}, --seed {seed}, fitted to {f'{whose} truth' if with_truth else target}"

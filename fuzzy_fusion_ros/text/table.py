@@ -48,6 +48,16 @@ def text_table(
     return "\n\n".join(tables)
 
 
+def bag_table(rows: Sequence[tuple[str, ...]]) -> str:
+    """Return a table of several bags: a row of headers, then one for each bag, words last."""
+    shortened = [(_end_of(name), *rest) for name, *rest in rows]
+    return text_table(shortened, align="l" + "r" * (len(rows[0]) - 2) + "l")
+
+
+def _end_of(name: str, longest: int = 24) -> str:
+    return name if len(name) <= longest else f"…{name[-longest + 1 :]}"
+
+
 def number_column(head: str, unit: str, values: Sequence[float], *, digits: int = 4) -> list[str]:
     """Return a column of numbers below two headers, the smallest in magnitude marked.
 

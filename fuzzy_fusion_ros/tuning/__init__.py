@@ -10,14 +10,16 @@ from fuzzy_fusion_ros.tuning.baselines import fit_baselines
 from fuzzy_fusion_ros.tuning.characterise import Characteristics, characterise
 from fuzzy_fusion_ros.tuning.errors import TuneError
 from fuzzy_fusion_ros.tuning.reference import reference_without_truth
-from fuzzy_fusion_ros.tuning.tune import Tuned, tune
+from fuzzy_fusion_ros.tuning.tune import Trial, Tuned, tune, tune_to
 
 __all__ = [
     "Characteristics",
+    "Trial",
     "TuneError",
     "Tuned",
     "characterise",
     "fit_baselines",
     "reference_without_truth",
     "tune",
+    "tune_to",
 ]

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -85,7 +85,7 @@ def fit_baselines(
     series = series.at_s1()
     warm_up(series)
     with Pool(threads, progress, planned()) as pool:
-        return fit_baselines_in(pool, series, target, counted, seed)
+        return fit_baselines_in(pool, [series], target, counted, seed)
 
 
 def planned() -> int:
@@ -107,10 +107,10 @@ def warm_up(series: Series) -> None:
 
 
 def fit_baselines_in(
-    pool: Pool, series: Series, target: Reals, counted: Flags, seed: int
+    pool: Pool, recordings: Sequence[Series], target: Reals, counted: Flags, seed: int
 ) -> FittedBaselines:
-    """Fit every baseline in an existing pool; otherwise as :func:`fit_baselines`."""
-    derived = baselines_for(series)
+    """Fit every baseline to all recordings in an existing pool; else as :func:`fit_baselines`."""
+    derived = baselines_for(max(recordings, key=_samples))
     listed = list(attempts(derived))
 
     def residuals_of(attempt: Attempt) -> Callable[[Reals], Reals]:
@@ -118,7 +118,8 @@ def fit_baselines_in(
 
         def residuals(point: Reals) -> Reals:
             method = baseline.method(attempt.at(point))
-            return run(method, series).value[counted] - target[counted]
+            value = np.concatenate([run(method, each).value for each in recordings])
+            return value[counted] - target[counted]
 
         return residuals
 
@@ -160,6 +161,10 @@ def _search(attempt: Attempt, residuals: Callable[[Reals], Reals], seed: int) ->
         (seed, 2, attempt.number),
         residuals if many else None,
     )
+
+
+def _samples(series: Series) -> int:
+    return int(series.s2.size)
 
 
 def _axis(name: str, value: Value) -> Axis:

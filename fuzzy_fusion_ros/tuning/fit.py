@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from fuzzy_fusion_ros.batch.series import Series
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.tuning.characterise import TINY
-from fuzzy_fusion_ros.tuning.kernel import Output, outputs
+from fuzzy_fusion_ros.tuning.kernel import Output, joined
 from fuzzy_fusion_ros.tuning.search import Minimum, Pool, Search
 from fuzzy_fusion_ros.tuning.space import Space
 
@@ -29,9 +29,6 @@ _SIZES = np.geomspace(1e-4, 3.0, 200)
 WORST = 300.0
 """A mean of logarithms beyond this is as bad as any."""
 
-SETTLING = 3
-"""The first innovations say what was not known before them: they do not count."""
-
 _START_SPREAD = 0.12
 _FINAL_SPREAD = 0.1
 
@@ -40,14 +37,14 @@ class Problem(NamedTuple):
     """What is fitted, and to what.
 
     Attributes:
-        series: The recording.
+        recordings: One or several; arrays over them have n samples of S1 in all.
         target: The signal, at each S1 sample, shape (n,).
         counted: Where it counts, shape (n,).
         base: Parameters; a fit changes only those in its space.
         with_truth: Whether the target is a truth, and not made from both sensors.
     """
 
-    series: Series
+    recordings: Sequence[Series]
     target: Reals
     counted: Flags
     base: Parameters
@@ -61,7 +58,8 @@ class Problem(NamedTuple):
             counted: Where errors count; as in the problem unless given.
         """
         where = self.counted if counted is None else counted
-        return root_mean_square(outputs(parameters, self.series).value[where] - self.target[where])
+        value = joined(parameters, self.recordings).value
+        return root_mean_square(value[where] - self.target[where])
 
     def surprise(self, parameters: Parameters, counted: Flags | None = None) -> float:
         """Return how badly the observer predicts S2, which needs no target, unit of the signal.
@@ -74,8 +72,8 @@ class Problem(NamedTuple):
             parameters: Of the estimator.
             counted: As in :meth:`misfit`.
         """
-        output = outputs(parameters, self.series)
-        where = _at_s2(self.series, self.counted if counted is None else counted)
+        output = joined(parameters, self.recordings)
+        where = self._at_s2(self.counted if counted is None else counted)
         return math.exp(min(unlikelihood(output, parameters.s2.noise, where), WORST))
 
     def loss(self, parameters: Parameters, counted: Flags | None = None) -> float:
@@ -83,6 +81,16 @@ class Problem(NamedTuple):
         if self.with_truth or not parameters.s1.bias_time_constant > 0.0:
             return self.misfit(parameters, counted)
         return self.surprise(parameters, counted)
+
+    def by_recording(self, values: Reals | Flags) -> list[Any]:
+        """Split an array over all samples of S1, shape (n,), into one for each recording."""
+        ends = np.cumsum([each.s1.size for each in self.recordings])
+        return np.split(values, ends[:-1])
+
+    def _at_s2(self, counted: Flags) -> Flags:
+        """Return which samples of S2 came where samples of S1 count, shape (m,)."""
+        pairs = zip(self.recordings, self.by_recording(counted), strict=True)
+        return np.concatenate([_arrived(series, own) for series, own in pairs])
 
 
 def unlikelihood(output: Output, noise: float, counted: Flags) -> float:
@@ -94,7 +102,6 @@ def unlikelihood(output: Output, noise: float, counted: Flags) -> float:
         counted: Which samples of S2 count, shape (m,).
     """
     there = counted & np.isfinite(output.innovation)
-    there[:SETTLING] = False
     if not there.any():
         return np.inf
     return _student(output.innovation[there], output.variance[there] * noise**2)
@@ -116,7 +123,7 @@ def _student(error: Reals, variance: Reals) -> float:
     return float(np.mean(0.5 * np.log(variance) + tail))
 
 
-def _at_s2(series: Series, counted: Flags) -> Flags:
+def _arrived(series: Series, counted: Flags) -> Flags:
     """Return which samples of S2 came where samples of S1 count, shape (m,)."""
     arrival = np.searchsorted(series.s2_known, np.arange(series.s2.size) + 1)
     return np.append(counted, False)[arrival]

@@ -8,6 +8,7 @@ results are equal to the last bit, which a test holds.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,6 +28,9 @@ from fuzzy_fusion_ros.core.observer import observes
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import numbers
 
+SETTLING = 3
+"""The first innovations say what was not known before them: they do not count."""
+
 
 class Output(NamedTuple):
     """Output at each S1 sample, shape (n,), and at each S2 sample, shape (m,).
@@ -35,7 +39,8 @@ class Output(NamedTuple):
         value: The aggregate; S1 as conditioned where S2 is awaited or lost.
         difference: What the rules take for the difference, NaN where they do not run.
         rate: ``|dS2/dt|`` as the rules take it, NaN where they do not run.
-        innovation: Innovation of each S2 sample, shape (m,), NaN where the observer has none.
+        innovation: Innovation of each S2 sample, shape (m,), NaN where the observer has none, and
+            for the first ``SETTLING``, which say what was not known before them.
         variance: Its variance, shape (m,), in units of S2's noise variance.
     """
 
@@ -54,6 +59,16 @@ def outputs(parameters: Parameters, series: Series) -> Output:
     return output
 
 
+def joined(parameters: Parameters, recordings: Sequence[Series]) -> Output:
+    """Run the estimator without its predictor over each recording; return its outputs in a row."""
+    if len(recordings) == 1:
+        return outputs(parameters, recordings[0])
+    return Output._make(
+        np.concatenate(each)
+        for each in zip(*(outputs(parameters, one) for one in recordings), strict=True)
+    )
+
+
 def _outputs(parameters: Any, sensors: Sensors, series: Series, output: Output) -> None:
     seen = 0
     started_ns = series.started_ns if series.started_ns > 0 else series.s1_ns[0]
@@ -61,7 +76,7 @@ def _outputs(parameters: Any, sensors: Sensors, series: Series, output: Output) 
         while seen < series.s2_known[k]:
             samples = sensors.belief.samples
             sensors = heard_s2(parameters, sensors, series.s2_ns[seen], series.s2[seen])
-            if sensors.belief.samples > samples:
+            if sensors.belief.samples > max(samples, SETTLING):
                 output.innovation[seen] = sensors.belief.innovation
                 output.variance[seen] = sensors.belief.variance
             seen += 1

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cross-validation of the candidates, as a guard against over-fitting.
 
-Chosen is the whole fusion unless something simpler does clearly better on blocks of the recording
-that it was not fitted to, or as well with one sensor alone: a block left out often lacks what the
-rules and the slope are for, so it says little in favour of going without them.
+Chosen is the whole fusion unless something simpler does clearly better on parts of the recording
+that it was not fitted to, or as well with one sensor alone: a part left out often lacks what the
+rules and the slope are for, so it says little in favour of going without them. The parts are four
+blocks, or of several recordings each one.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy_fusion_ros.batch.arrays import Flags, Reals
+from fuzzy_fusion_ros.batch.arrays import Flags, Reals, Stamps
 from fuzzy_fusion_ros.batch.cleaning import without_noise, without_spikes
 from fuzzy_fusion_ros.batch.lag import read_through
 from fuzzy_fusion_ros.batch.series import Series, seconds
@@ -22,11 +23,15 @@ from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.tuning.candidates import Candidate, candidates_for
 from fuzzy_fusion_ros.tuning.characterise import TINY, Characteristics
 from fuzzy_fusion_ros.tuning.fit import FitSpec, Problem, cost_of, fits, plain_surprise
+from fuzzy_fusion_ros.tuning.kernel import joined
 from fuzzy_fusion_ros.tuning.search import Minimum, Pool, Search
 from fuzzy_fusion_ros.tuning.space import trusted
 
 BLOCKS = 4
-"""Parts of the recording, each of which is left out of one fit."""
+"""Parts of a single recording."""
+
+MOST_FOLDS = 8
+"""Each part is left out of one fit; of more recordings than this, every eighth at a time."""
 
 CLEARLY_BETTER = 0.85
 """A simpler candidate is chosen if its error on unseen blocks is at most this share."""
@@ -52,9 +57,9 @@ class FittedCandidate(NamedTuple):
         text: What it does.
         parameters: The fusion's parameters, fitted to the whole recording.
         fitted: Error of these over the whole recording.
-        unseen: Error over all blocks, in each with a fit to the others.
-        unseen_blocks: That error in each block.
-        surprise: How badly it predicts S2 on unseen blocks, unit of the signal; 0 with a truth.
+        unseen: Error over all parts, in each with a fit to the others.
+        unseen_parts: That error in each part.
+        surprise: How badly it predicts S2 on unseen parts, unit of the signal; 0 with a truth.
     """
 
     name: str
@@ -62,14 +67,20 @@ class FittedCandidate(NamedTuple):
     parameters: Parameters
     fitted: float
     unseen: float
-    unseen_blocks: tuple[float, ...]
+    unseen_parts: tuple[float, ...]
     surprise: float = 0.0
 
 
-def planned(sensors: Characteristics, with_truth: bool) -> int:
-    """Return the largest number of evaluations of :func:`cross_validate`."""
+def planned(sensors: Characteristics, with_truth: bool, parts: int) -> int:
+    """Return the largest number of evaluations of :func:`cross_validate`.
+
+    Args:
+        sensors: What the sensors are like.
+        with_truth: Whether the target is a truth.
+        parts: Number of parts.
+    """
     specs = [each.spec for each in candidates_for(sensors, with_truth)]
-    return sum(each.planned + BLOCKS * each.evaluations.part for each in specs)
+    return sum(each.planned + min(parts, MOST_FOLDS) * each.evaluations.part for each in specs)
 
 
 def cross_validate(
@@ -85,40 +96,44 @@ def cross_validate(
     """
     candidates = candidates_for(sensors, problem.with_truth)
     best = fits(problem, [each.spec for each in candidates], pool, (seed, 0))
-    blocks = blocks_of(problem.counted)
+    parts = parts_of(problem)
+    folds = folds_of(parts)
     searches = [
         Search(
-            cost_of(problem, candidate.spec, problem.counted & ~block),
+            cost_of(problem, candidate.spec, problem.counted & ~fold),
             fit.point,
             _REFIT_SPREAD,
             candidate.spec.evaluations.part,
             (seed, 1, number, k),
         )
         for number, (candidate, fit) in enumerate(zip(candidates, best, strict=True))
-        for k, block in enumerate(blocks)
+        for k, fold in enumerate(folds)
     ]
     answers = iter(pool.run(searches))
     found = [
-        _validated(problem, candidate, fit, blocks, [next(answers) for _ in blocks])
+        _validated(problem, candidate, fit, parts, [next(answers) for _ in folds])
         for candidate, fit in zip(candidates, best, strict=True)
     ]
     if problem.with_truth:
         return found
-    alone = {"s1": _s1_surprise(problem.series, sensors), "s2": _s2_surprise(problem.series)}
+    s1 = [_s1_errors(each, sensors) for each in problem.recordings]
+    alone = {"s1": plain_surprise(np.concatenate(s1)), "s2": _s2_surprise(problem.recordings)}
     return [each._replace(surprise=alone.get(each.name, each.surprise)) for each in found]
 
 
-def _s1_surprise(series: Series, sensors: Characteristics) -> float:
-    """Return how badly S1, as it is, predicts S2 through its lag."""
+def _s1_errors(series: Series, sensors: Characteristics) -> Reals:
+    """Return how far S2 is from what S1, as it is, predicts of it through its lag."""
     s1_s, s2_s = seconds(series)
     clean = without_noise(s1_s, without_spikes(series.s1)[0], sensors.s2_interval)
-    return plain_surprise(read_through(trusted(sensors), s1_s, clean, s2_s) - series.s2)
+    return read_through(trusted(sensors), s1_s, clean, s2_s) - series.s2
 
 
-def _s2_surprise(series: Series) -> float:
+def _s2_surprise(recordings: Sequence[Series]) -> float:
     """Return how badly S2 predicts itself: held, or along a straight line."""
-    held = np.diff(series.s2)
-    return min(plain_surprise(held), plain_surprise(np.diff(held)))
+    return min(
+        plain_surprise(np.concatenate([np.diff(each.s2, order) for each in recordings]))
+        for order in (1, 2)
+    )
 
 
 def chosen(
@@ -155,28 +170,56 @@ def _unseen(candidate: FittedCandidate) -> float:
     return candidate.unseen
 
 
-def blocks_of(counted: Flags) -> list[Flags]:
-    """Split what counts into consecutive blocks of equally many samples."""
-    number = np.cumsum(counted) * BLOCKS // max(int(np.count_nonzero(counted)) + 1, 1)
-    return [counted & (number == k) for k in range(BLOCKS)]
+def parts_of(problem: Problem) -> Stamps:
+    """Return which part each sample belongs to, -1 where it does not count, shape (n,).
+
+    A part is a recording, or of a single one a block; blocks are consecutive, and as many samples
+    count in each.
+    """
+    counted = problem.counted
+    if len(problem.recordings) > 1:
+        sizes = [each.s1.size for each in problem.recordings]
+        number = np.repeat(np.arange(len(sizes)), sizes)
+    else:
+        number = np.cumsum(counted) * BLOCKS // max(int(np.count_nonzero(counted)) + 1, 1)
+    return np.where(counted, number, -1)
+
+
+def folds_of(parts: Stamps) -> list[Flags]:
+    """Return for each fit what is left out of it, shape (n,).
+
+    Args:
+        parts: As from :func:`parts_of`.
+    """
+    folds = min(int(parts.max()) + 1, MOST_FOLDS)
+    return [(parts >= 0) & (parts % folds == k) for k in range(folds)]
+
+
+def errors_by_part(errors: Reals, parts: Stamps) -> Reals:
+    """Return the root mean square of errors in each part, shape (number of parts,).
+
+    Args:
+        errors: Shape (n,); what they are where they do not count does not matter.
+        parts: As from :func:`parts_of`.
+    """
+    counted = parts >= 0
+    own = parts[counted]
+    mean: Reals = np.bincount(own, np.square(errors[counted])) / np.bincount(own)
+    return np.sqrt(mean)
 
 
 def _validated(
-    problem: Problem, candidate: Candidate, fit: Minimum, blocks: list[Flags], refits: list[Minimum]
+    problem: Problem, candidate: Candidate, fit: Minimum, parts: Stamps, refits: list[Minimum]
 ) -> FittedCandidate:
-    errors = [
-        problem.misfit(_at(problem, candidate.spec, refit.point), block)
-        for block, refit in zip(blocks, refits, strict=True)
-    ]
-    sizes = [np.count_nonzero(block) for block in blocks]
-    surprise = 0.0
-    if not problem.with_truth:
-        surprise = _geometric_mean(
-            [
-                problem.surprise(_at(problem, candidate.spec, refit.point), block)
-                for block, refit in zip(blocks, refits, strict=True)
-            ]
-        )
+    sizes = np.bincount(parts[parts >= 0])
+    errors = np.empty(sizes.size)
+    surprises = []
+    for k, (refit, fold) in enumerate(zip(refits, folds_of(parts), strict=True)):
+        refitted = _at(problem, candidate.spec, refit.point)
+        value = joined(refitted, problem.recordings).value
+        errors[k :: len(refits)] = errors_by_part(value - problem.target, parts)[k :: len(refits)]
+        if not problem.with_truth:
+            surprises.append(problem.surprise(refitted, fold))
     parameters = _at(problem, candidate.spec, fit.point)
     return FittedCandidate(
         candidate.name,
@@ -184,8 +227,8 @@ def _validated(
         parameters,
         problem.misfit(parameters),
         float(np.sqrt(np.average(np.square(errors), weights=sizes))),
-        tuple(errors),
-        surprise,
+        tuple(errors.tolist()),
+        _geometric_mean(surprises) if surprises else 0.0,
     )
 
 

@@ -3,17 +3,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from fuzzy_fusion_ros.batch.lag import TRUSTED
 from fuzzy_fusion_ros.parameters.group import flatten
-from fuzzy_fusion_ros.text.table import text_table
+from fuzzy_fusion_ros.text.table import bag_table, text_table
 from fuzzy_fusion_ros.tuning.candidates import LOST_AFTER
 from fuzzy_fusion_ros.tuning.characterise import Characteristics
 from fuzzy_fusion_ros.tuning.tune import Tuned
+
+WORSE = 1.001
+"""The fit is worse than a sensor alone if its error is larger by more than rounding explains."""
 
 
 def described(sensors: Characteristics, unit: str) -> list[str]:
@@ -81,6 +84,65 @@ def candidates(tuned: Tuned) -> list[tuple[str, str, str, str]]:
     return rows
 
 
+def recording_lines(tuned: Tuned, unit: str, names: Sequence[str]) -> list[str]:
+    """Return how the fit does on each recording as the lines of a table; none for a single one.
+
+    Args:
+        tuned: The result of tuning.
+        unit: Unit of the signal, ``""`` where it is not known.
+        names: Names of the recordings.
+    """
+    if len(names) < 2:
+        return []
+    return [
+        f"{error_title(tuned, unit)}, by recording; unseen is a fit to the others:",
+        *bag_table(recording_rows(tuned, names)).splitlines(),
+    ]
+
+
+def recording_rows(tuned: Tuned, names: Sequence[str]) -> list[tuple[str, ...]]:
+    """Return how the fit does on each recording as rows of a table, below one of headers."""
+    rows: list[tuple[str, ...]] = [
+        ("bag", "s1", "s2", "before", "after", "unseen", "best baseline")
+    ]
+    for name, each in zip(names, tuned.recordings, strict=True):
+        errors = each.baseline_errors
+        best = min(errors, key=errors.__getitem__)
+        numbers = (
+            errors["s1"],
+            errors["s2"],
+            each.before_error,
+            each.error,
+            each.unseen_error,
+        )
+        rows.append((name, *(f"{number:.4g}" for number in numbers), f"{best}, {errors[best]:.4g}"))
+    return rows
+
+
+def recording_notes(tuned: Tuned, unit: str) -> list[list[str]]:
+    """Return for each recording what is wrong with it, or with the fit on it, one line each.
+
+    Args:
+        tuned: The result of tuning.
+        unit: Unit of the signal, ``""`` where it is not known.
+    """
+    u = f" {unit}" if unit else ""
+    notes = []
+    for each in tuned.recordings:
+        own = [
+            f"unlike the other bags: {text}; are they of the same sensors?"
+            for text in each.oddities
+        ]
+        alone = min(("s1", "s2"), key=each.baseline_errors.__getitem__)
+        if len(tuned.recordings) > 1 and each.error > WORSE * each.baseline_errors[alone]:
+            own.append(
+                f"here {alone} alone has an RMSE of {each.baseline_errors[alone]:.3g}{u}, "
+                f"the fit {each.error:.3g}{u}"
+            )
+        notes.append(own)
+    return notes
+
+
 def outcome(tuned: Tuned, unit: str) -> str:
     """Return the gain in one line.
 
@@ -96,13 +158,14 @@ def outcome(tuned: Tuned, unit: str) -> str:
     )
 
 
-def comments(tuned: Tuned, unit: str, origin: str) -> Iterator[str]:
+def comments(tuned: Tuned, unit: str, origin: str, names: Sequence[str] = ()) -> Iterator[str]:
     """Yield the lines at the top of the parameter file.
 
     Args:
         tuned: The result of tuning.
         unit: Unit of the signal, ``""`` where it is not known.
-        origin: The recording and the target, in words.
+        origin: The recordings and the target, in words.
+        names: Names of the recordings; needless for one.
     """
     yield f"Made by tune from {origin}."
     yield ""
@@ -110,22 +173,26 @@ def comments(tuned: Tuned, unit: str, origin: str) -> Iterator[str]:
     yield ""
     yield from candidate_lines(tuned, unit)
     yield ""
+    if names[1:]:
+        yield from recording_lines(tuned, unit, names)
+        yield ""
     yield outcome(tuned, unit)
     yield f"s2.timeout is {LOST_AFTER:g} intervals of S2 and its delivery time; after that,"
     yield "conditioned S1 is used alone."
     yield "The entry `baselines` is for score --params; nodes ignore it."
 
 
-def as_json(tuned: Tuned, unit: str) -> dict[str, Any]:
+def as_json(tuned: Tuned, unit: str, names: Sequence[str] = ()) -> dict[str, Any]:
     """Return the document of ``tune --json``; an unknown unit is null.
 
     Args:
         tuned: The result of tuning.
         unit: Unit of the signal, ``""`` where it is not known.
+        names: Names of the recordings, if there are several: each then has an entry.
     """
     sensors = tuned.sensors._asdict()
     sensors["lag"] = tuned.sensors.lag._asdict()
-    return {
+    document = {
         "unit": unit or None,
         "with_truth": tuned.with_truth,
         "samples": int(np.count_nonzero(tuned.counted)),
@@ -143,6 +210,19 @@ def as_json(tuned: Tuned, unit: str) -> dict[str, Any]:
             "parameters": flatten(tuned.baselines),
         },
     }
+    if names[1:]:
+        document["recordings"] = {
+            name: {
+                "samples": int(np.count_nonzero(each.counted)),
+                "rmse_before": each.before_error,
+                "rmse_after": each.error,
+                "unseen_rmse": each.unseen_error,
+                "baselines": each.baseline_errors,
+                "odd": list(each.oddities),
+            }
+            for name, each in zip(names, tuned.recordings, strict=True)
+        }
+    return document
 
 
 def _spikes(sensors: Characteristics) -> str:

@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy_fusion_ros.baselines import BaselineParameters
+from fuzzy_fusion_ros.baselines import BaselineParameters, methods
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals, root_mean_square
-from fuzzy_fusion_ros.batch.series import Series, fusion, run
+from fuzzy_fusion_ros.batch.series import Method, Series, Trace, fusion, run
 from fuzzy_fusion_ros.core.numerics import lag_gain
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import allowed, flatten, replace
@@ -23,11 +24,12 @@ from fuzzy_fusion_ros.tuning.characterise import (
     characterise,
 )
 from fuzzy_fusion_ros.tuning.errors import TuneError
-from fuzzy_fusion_ros.tuning.fit import SETTLING, Problem
-from fuzzy_fusion_ros.tuning.kernel import outputs
+from fuzzy_fusion_ros.tuning.fit import Problem
+from fuzzy_fusion_ros.tuning.kernel import joined, outputs
 from fuzzy_fusion_ros.tuning.model_selection import FittedCandidate
 from fuzzy_fusion_ros.tuning.reference import reference_without_truth
 from fuzzy_fusion_ros.tuning.search import Pool, Progress
+from fuzzy_fusion_ros.tuning.together import oddities, typical
 
 NO_WORSE = 1.002
 """A step of the method is switched off if that increases the misfit by no more than this."""
@@ -60,8 +62,45 @@ _TOLERANCES = (0.3, 1.0, 3.0)
 """Tolerances of the gate to try, in multiples of the error without predictor."""
 
 
+class Trial(NamedTuple):
+    """A recording to fit to.
+
+    Attributes:
+        series: The recording.
+        truth: At each S1 sample, shape (n,), NaN where unknown; without it a reference is made.
+        name: What errors call it; a single recording needs none.
+    """
+
+    series: Series
+    truth: Reals | None = None
+    name: str = ""
+
+
+class OnRecording(NamedTuple):
+    """How a fit does on one recording; errors are root mean squares in the signal's unit.
+
+    Attributes:
+        target: What the fit is to, at each S1 sample, shape (n,), NaN where unknown.
+        counted: Where the target counts, shape (n,).
+        before_error: Error of the parameters before.
+        error: Error of the parameters after.
+        unseen_error: Error of a fit of the chosen candidate to other recordings; of a single
+            recording, to other parts of it.
+        baseline_errors: Error of each baseline by its name.
+        oddities: In which respects its sensors are not those of the other recordings.
+    """
+
+    target: Reals
+    counted: Flags
+    before_error: float
+    error: float
+    unseen_error: float
+    baseline_errors: dict[str, float]
+    oddities: tuple[str, ...]
+
+
 class Tuned(NamedTuple):
-    """Result of tuning; errors are root mean squares in the signal's unit.
+    """Result of tuning; errors are root mean squares in the signal's unit, over all recordings.
 
     Attributes:
         sensors: What the sensors are like.
@@ -76,6 +115,7 @@ class Tuned(NamedTuple):
         error: Their error.
         baselines: Parameters of the baselines, fitted by the same optimiser.
         baseline_errors: Error of each baseline by its name.
+        recordings: How the fit does on each recording, in their order.
     """
 
     sensors: Characteristics
@@ -90,6 +130,18 @@ class Tuned(NamedTuple):
     error: float
     baselines: BaselineParameters
     baseline_errors: dict[str, float]
+    recordings: tuple[OnRecording, ...]
+
+    def on(self, k: int) -> Tuned:
+        """Return the result with target and errors of the fusion on the k-th recording alone."""
+        own = self.recordings[k]
+        return self._replace(
+            target=own.target,
+            counted=own.counted,
+            before_error=own.before_error,
+            error=own.error,
+            recordings=(own,),
+        )
 
 
 def tune(
@@ -100,13 +152,35 @@ def tune(
     threads: int | None = None,
     progress: Progress = lambda done, of: None,
 ) -> Tuned:
-    """Fit the fusion and the baselines to a recording.
+    """Fit the fusion and the baselines to one recording; otherwise as :func:`tune_to`.
+
+    Args:
+        series: The recording.
+        truth: As in :class:`Trial`.
+        parameters: As in :func:`tune_to`.
+        seed: As in :func:`tune_to`.
+        threads: As in :func:`tune_to`.
+        progress: As in :func:`tune_to`.
+
+    Raises:
+        TuneError: There is too little to fit to.
+    """
+    return tune_to([Trial(series, truth)], parameters, seed, threads, progress)
+
+
+def tune_to(
+    trials: Sequence[Trial],
+    parameters: Parameters | None = None,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Progress = lambda done, of: None,
+) -> Tuned:
+    """Fit the fusion and the baselines to one or several recordings.
 
     The same arguments give the same result, whatever the number of threads.
 
     Args:
-        series: The recording.
-        truth: At each S1 sample, shape (n,), NaN where unknown; without it a reference is made.
+        trials: The recordings; all of them with a truth, or none.
         parameters: Values of what a fit does not move; the defaults unless given.
         seed: Seed of the optimiser.
         threads: How many searches run at a time; one for each processor unless given.
@@ -115,30 +189,33 @@ def tune(
     Raises:
         TuneError: There is too little to fit to.
     """
-    series = series.at_s1()
+    begun = [_begun(each) for each in trials]
     before = parameters or Parameters()
-    sensors = characterise(series)
-    known = series.s2_known > 0
-    target = reference_without_truth(series, sensors) if truth is None else truth
-    counted = known & np.isfinite(target)
-    if np.count_nonzero(counted) < FEWEST_S1:
-        raise TuneError(
-            f"got {np.count_nonzero(counted)} samples of S1 within the span of the truth, expected "
-            f"at least {FEWEST_S1}: check that their stamps overlap"
-        )
+    sensors = typical([each.sensors for each in begun])
     base = replace(before, {"self_tuning": False})
     if before.s1.timeout > 0.0:  # else it is automatic
         patience = {"s1.timeout": max(before.s1.timeout, S1_PATIENCE * sensors.s1_interval)}
         base = replace(base, allowed(Parameters, patience))
-    with_truth = truth is not None
-    problem = Problem(series, target, counted, base, with_truth)
-    outputs(base, series)  # compiles it in this thread, so that the pool's threads do not wait
-    baselines.warm_up(series)
-    planned = model_selection.planned(sensors, with_truth) + baselines.planned()
+    with_truth = all(each.truth is not None for each in trials)
+    problem = Problem(
+        [each.series for each in begun],
+        np.concatenate([each.target for each in begun]),
+        np.concatenate([each.counted for each in begun]),
+        base,
+        with_truth,
+    )
+    first = problem.recordings[0]
+    outputs(base, first)  # compiles it in this thread, so that the pool's threads do not wait
+    baselines.warm_up(first)
+    parts = int(model_selection.parts_of(problem).max()) + 1
+    planned = model_selection.planned(sensors, with_truth, parts) + baselines.planned()
     with Pool(threads, progress, planned) as pool:
         candidates = model_selection.cross_validate(problem, sensors, pool, seed)
-        fitted = baselines.fit_baselines_in(pool, series, target, counted, seed)
-    best = model_selection.chosen(candidates, int(series.s2_known[-1]), with_truth, sensors.related)
+        fitted = baselines.fit_baselines_in(
+            pool, problem.recordings, problem.target, problem.counted, seed
+        )
+    s2_samples = sum(int(each.s2_known[-1]) for each in problem.recordings)
+    best = model_selection.chosen(candidates, s2_samples, with_truth, sensors.related)
     final = best.parameters
     if with_truth:
         final = shorten_bias_time_constant(problem, simplified(problem, final))
@@ -151,11 +228,16 @@ def tune(
         after = rounded(problem, with_deviation(problem, after, optimism))
     else:
         after = rounded(problem, with_assumed_deviation(sensors, after))
+    unseen = best.unseen_parts if len(begun) > 1 else (best.unseen,)
+    before_errors, after_errors = (errors_of(problem, each) for each in (before, after))
+    baseline_errors = {
+        name: method_errors(problem, method) for name, method in methods(fitted.parameters).items()
+    }
     return Tuned(
         sensors=sensors,
         with_truth=with_truth,
-        target=target,
-        counted=counted,
+        target=problem.target,
+        counted=problem.counted,
         candidates=tuple(candidates),
         chosen=best.name,
         before=before,
@@ -164,7 +246,44 @@ def tune(
         error=error_of(problem, after),
         baselines=fitted.parameters,
         baseline_errors=dict(fitted.errors),
+        recordings=tuple(
+            OnRecording(
+                target=each.target,
+                counted=each.counted,
+                before_error=before_errors[k],
+                error=after_errors[k],
+                unseen_error=unseen[k],
+                baseline_errors={name: errors[k] for name, errors in baseline_errors.items()},
+                oddities=tuple(oddities(each.sensors, sensors)),
+            )
+            for k, each in enumerate(begun)
+        ),
     )
+
+
+class _Begun(NamedTuple):
+    """A recording, characterised, and what to fit to."""
+
+    series: Series
+    sensors: Characteristics
+    target: Reals
+    counted: Flags
+
+
+def _begun(trial: Trial) -> _Begun:
+    series = trial.series.at_s1()
+    try:
+        sensors = characterise(series)
+        target = reference_without_truth(series, sensors) if trial.truth is None else trial.truth
+        counted = (series.s2_known > 0) & np.isfinite(target)
+        if np.count_nonzero(counted) < FEWEST_S1:
+            raise TuneError(
+                f"got {np.count_nonzero(counted)} samples of S1 within the span of the truth, "
+                f"expected at least {FEWEST_S1}: check that their stamps overlap"
+            )
+    except TuneError as error:
+        raise TuneError(f"{trial.name}: {error}" if trial.name else str(error)) from None
+    return _Begun(series, sensors, target, counted)
 
 
 def with_low_pass(problem: Problem, sensors: Characteristics, parameters: Parameters) -> Parameters:
@@ -218,7 +337,8 @@ def shorten_bias_time_constant(problem: Problem, parameters: Parameters) -> Para
         parameters: The result.
     """
     most = SHORTENING_COSTS * problem.misfit(parameters)
-    instant = INSTANT * float(np.median(np.diff(problem.series.s2_ns))) * 1e-9
+    intervals = np.concatenate([np.diff(each.s2_ns) for each in problem.recordings])
+    instant = INSTANT * float(np.median(intervals)) * 1e-9
     while parameters.s1.bias_time_constant > instant:
         half = 0.5 * parameters.s1.bias_time_constant
         quicker = replace(parameters, {"s1.bias_time_constant": half})
@@ -235,8 +355,8 @@ def with_safety_net(problem: Problem, parameters: Parameters) -> Parameters:
         problem: What was fitted.
         parameters: The result; it stays as it is unless the bias is learnt.
     """
-    found = outputs(parameters, problem.series).innovation
-    known = np.abs(found[np.isfinite(found)][SETTLING:])
+    found = joined(parameters, problem.recordings).innovation
+    known = np.abs(found[np.isfinite(found)])
     if known.size == 0 or not known.max() > 0.0:
         return parameters
     return replace(parameters, safety_net(float(known.max())))
@@ -251,7 +371,7 @@ def with_deviation(problem: Problem, parameters: Parameters, optimism: float) ->
         optimism: By how much errors on unseen blocks are larger than those fitted to.
     """
     plain = replace(parameters, {"estimate.deviation_scale": 1.0, "s1.noise": 0.0})
-    trace = run(fusion(plain, problem.series.started_ns), problem.series)
+    trace = _traced(problem, plain)
     where = problem.counted & (trace.standard_deviation > 0.0)
     if not where.any():
         return parameters
@@ -308,17 +428,21 @@ def with_predictor(problem: Problem, parameters: Parameters) -> Parameters:
         problem: What was fitted.
         parameters: The result, as yet without predictor.
     """
-    blocks = model_selection.blocks_of(problem.counted)
+    parts = model_selection.parts_of(problem)
+
+    def part_errors(parameters: Parameters) -> Reals:
+        errors = _traced(problem, parameters).value - problem.target
+        return model_selection.errors_by_part(errors, parts)
+
     off = replace(parameters, {"predictor.enabled": False})
-    without = _block_errors(problem, off, blocks)
-    best, least = off, BETTER_BY * math.sqrt(np.mean(np.square(without)))
+    without = part_errors(off)
+    best, least = off, BETTER_BY * root_mean_square(without)
     for tolerance in _TOLERANCES:
         gate = {"gate.tolerance": _rounded(tolerance * problem.misfit(off))}
         on = replace(off, {"predictor.enabled": True, **allowed(Parameters, gate)})
-        errors = _block_errors(problem, on, blocks)
-        whole = math.sqrt(np.mean(np.square(errors)))
-        helped = sum(a < b for a, b in zip(errors, without, strict=True))
-        if whole < least and helped >= len(blocks) - 1:
+        errors = part_errors(on)
+        whole = root_mean_square(errors)
+        if whole < least and np.count_nonzero(errors < without) >= errors.size - 1:
             best, least = on, whole
     return best
 
@@ -330,13 +454,43 @@ def error_of(problem: Problem, parameters: Parameters) -> float:
         problem: What was fitted.
         parameters: Of the estimator.
     """
-    return _block_errors(problem, parameters, [problem.counted])[0]
+    value = _traced(problem, parameters).value
+    return root_mean_square((value - problem.target)[problem.counted])
 
 
-def _block_errors(problem: Problem, parameters: Parameters, blocks: list[Flags]) -> list[float]:
-    method = fusion(parameters, problem.series.started_ns)
-    value = run(method, problem.series).value
-    return [root_mean_square((value - problem.target)[block]) for block in blocks]
+def errors_of(problem: Problem, parameters: Parameters) -> list[float]:
+    """Return the same on each recording alone.
+
+    Args:
+        problem: What was fitted.
+        parameters: Of the estimator.
+    """
+    return _errors_of(problem, _traced(problem, parameters).value)
+
+
+def method_errors(problem: Problem, method: Method) -> list[float]:
+    """Return the root mean square error of a baseline on each recording alone.
+
+    Args:
+        problem: What was fitted.
+        method: The baseline.
+    """
+    return _errors_of(
+        problem, np.concatenate([run(method, each).value for each in problem.recordings])
+    )
+
+
+def _errors_of(problem: Problem, values: Reals) -> list[float]:
+    errors = np.where(problem.counted, values - problem.target, np.nan)
+    return [root_mean_square(each[np.isfinite(each)]) for each in problem.by_recording(errors)]
+
+
+def _traced(problem: Problem, parameters: Parameters) -> Trace:
+    """Run the whole estimator over every recording; return its traces in a row."""
+    traces = [run(fusion(parameters, each.started_ns), each) for each in problem.recordings]
+    if len(traces) == 1:
+        return traces[0]
+    return Trace._make(np.concatenate(each) for each in zip(*traces, strict=True))
 
 
 def _rounded(value: float) -> float:

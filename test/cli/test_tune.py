@@ -8,10 +8,12 @@ import re
 from pathlib import Path
 
 import pytest
+from bag.making import FLOAT, float_data
 from bag.recorded import Scalar, write_scalars
 from tuning.quick import be_quick
 from tuning.recordings import START_NS, Sensors, made
 
+from fuzzy_fusion_ros.bag import BagWriter
 from fuzzy_fusion_ros.cli.score import main as score
 from fuzzy_fusion_ros.cli.tune import main
 from fuzzy_fusion_ros.jobs.parameter_file import baseline_parameters
@@ -32,9 +34,11 @@ def bag(tmp_path: Path) -> Path:
     return write_bag(tmp_path / "bag")
 
 
-def write_bag(path: Path, *, truth: bool = True, s2: str = "/s2") -> Path:
+def write_bag(
+    path: Path, *, truth: bool = True, s2: str = "/s2", seed: int = 0, rate: float = 25.0
+) -> Path:
     """Write a recording as a bag."""
-    series, true = made(Sensors(bias=0.4, noise=0.1), seconds=20.0)
+    series, true = made(Sensors(bias=0.4, noise=0.1), seed, seconds=20.0, rate=rate)
     scalars = [
         Scalar(topic, (stamp_ns - START_NS) * 1e-9, value)
         for topic, stamps_ns, values in (
@@ -180,6 +184,89 @@ def test_what_cannot_be_written_is_refused_before_the_fit(
     assert out == ""
     assert re.fullmatch(r"tune: .* (cannot be written|an unknown format).*\n", said)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["bag"]
+
+
+@pytest.fixture
+def bags(bag: Path, tmp_path: Path) -> list[str]:
+    """Two bags of the same sensors."""
+    return [str(bag), str(write_bag(tmp_path / "other", seed=1))]
+
+
+def test_one_set_of_parameters_is_fitted_to_several_bags(
+    bags: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = tmp_path / "tuned.yaml"
+    files = {"--json": "a.json", "--plot": "a.png", "--report": "a.html", "--output": output.name}
+    options = [text for name, file in files.items() for text in (name, str(tmp_path / file))]
+    assert main([*bags, bags[0], *options, "--jobs", "2"]) == 0
+    out, said = capsys.readouterr()
+    assert said == ""
+    assert "by recording" in out
+    document = json.loads((tmp_path / "a.json").read_text())
+    assert list(document["recordings"]) == bags
+    assert output.read_text().startswith(
+        "# Made by tune from bag, other, --seed 0, fitted to their truth."
+    )
+    for bag in bags:
+        row = document["recordings"][bag]
+        assert re.search(rf"{Path(bag).name} +{row['baselines']['s1']:.4g} ", out)
+        assert score([bag, "--params", str(output), "--json", "-"]) == 0
+        scored = json.loads(capsys.readouterr().out)["estimators"]
+        assert scored["estimate"]["rmse"] == pytest.approx(row["rmse_after"])
+        for name, error in row["baselines"].items():
+            assert scored[name]["rmse"] == pytest.approx(error)
+        assert row["rmse_after"] < min(row["baselines"]["s1"], row["baselines"]["s2"])
+        for suffix in (".png", ".html"):
+            assert (tmp_path / f"a_{Path(bag).name}{suffix}").stat().st_size > 0
+    assert "<title>tune to other</title>" in (tmp_path / "a_other.html").read_text()
+
+
+def test_a_bag_of_other_sensors_is_named(
+    bags: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    odd = str(write_bag(tmp_path / "odd", rate=50.0))
+    assert main([*bags, odd, "--output", str(tmp_path / "a.yaml"), "--no-truth"]) == 0
+    said = capsys.readouterr().err.splitlines()
+    assert said[:1] == [
+        f"tune: {odd}: unlike the other bags: S1 has 50 Hz, elsewhere 25 Hz; are they of the same "
+        "sensors?"
+    ]
+    assert not [line for line in said if not line.startswith(f"tune: {odd}: ")]
+
+
+def test_a_bag_that_cannot_be_used_ends_the_fit_of_all(
+    bags: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    short = write_scalars(tmp_path / "short", [Scalar("/s1", 0.0, 1.0), Scalar("/s2", 0.0, 1.0)])
+    blind = write_bag(tmp_path / "blind", truth=False)
+    for bag, options, problem in (
+        (tmp_path / "none", [], "does not exist"),
+        (blind, [], "has no truth, and other bags have one"),
+        (short, ["--no-truth"], "got 1 samples of S1, expected at least 50"),
+    ):
+        arguments = [*bags, str(bag), *options, "--output", str(tmp_path / "a.yaml")]
+        assert main(arguments) == 2
+        said = capsys.readouterr().err
+        assert re.fullmatch(r"tune: .*\n", said)
+        assert str(bag) in said
+        assert problem in said
+    assert not (tmp_path / "a.yaml").exists()
+
+
+def test_bags_of_other_types_are_refused(
+    bags: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plain = str(tmp_path / "plain")
+    with BagWriter(plain) as writer:
+        for k in range(5):
+            for topic in ("/s1", "/s2"):
+                writer.write(topic, FLOAT, 10**9 + k, float_data(1.0))
+    assert main([*bags, plain, "--output", str(tmp_path / "a.yaml")]) == 2
+    said = capsys.readouterr().err
+    assert said == (
+        f"tune: {plain}: s1.type is 'std_msgs/msg/Float64', in {bags[0]} it is "
+        "'geometry_msgs/msg/PointStamped': tune to bags of the same sensors only\n"
+    )
 
 
 def test_slowness_is_explained(

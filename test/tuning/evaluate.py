@@ -116,7 +116,7 @@ def evaluated(name: str, seed: int, made: Made, with_truth: bool) -> dict[str, A
                 each.fitted,
                 each.unseen,
                 rmse(fusion(each.parameters)),
-                *each.unseen_blocks,
+                *each.unseen_parts,
             )
             for each in tuned.candidates
         },

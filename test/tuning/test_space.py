@@ -67,7 +67,7 @@ def test_no_candidate_proposes_what_the_parameters_refuse(
     sensors: Characteristics, seed: int
 ) -> None:
     nothing = np.zeros(0)
-    problem = Problem(None, nothing, nothing > 0.0, Parameters())  # type: ignore[arg-type]  # no run
+    problem = Problem([], nothing, nothing > 0.0, Parameters())
     for candidate in (*candidates_for(sensors), *candidates_for(sensors, with_truth=False)):
         space = candidate.spec.space
         starts = [space.point(each) for each in candidate.spec.starts]

@@ -17,10 +17,26 @@ from fuzzy_fusion_ros.batch.series import Series, fusion, run
 from fuzzy_fusion_ros.core.estimator import FUSED
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import flatten, replace
-from fuzzy_fusion_ros.tuning import Tuned, TuneError, characterise, fit_baselines, tune
+from fuzzy_fusion_ros.tuning import (
+    Trial,
+    Tuned,
+    TuneError,
+    characterise,
+    fit_baselines,
+    tune,
+    tune_to,
+)
 from fuzzy_fusion_ros.tuning.fit import Problem
-from fuzzy_fusion_ros.tuning.model_selection import BLOCKS, FittedCandidate, blocks_of, chosen
+from fuzzy_fusion_ros.tuning.model_selection import (
+    BLOCKS,
+    FittedCandidate,
+    chosen,
+    errors_by_part,
+    folds_of,
+    parts_of,
+)
 from fuzzy_fusion_ros.tuning.report import as_json, comments, described, outcome
+from fuzzy_fusion_ros.tuning.together import oddities, typical
 from fuzzy_fusion_ros.tuning.tune import (
     INSTANT,
     SHORTENING_COSTS,
@@ -208,7 +224,7 @@ def test_without_a_truth_an_s1_that_needs_no_bias_is_left_alone(patch: pytest.Mo
 
 def test_the_bias_is_learnt_as_quickly_as_costs_next_to_nothing(recording: Made) -> None:
     series, truth = recording
-    problem = Problem(series, truth, series.s2_known > 0, Parameters())
+    problem = Problem([series], truth, series.s2_known > 0, Parameters())
     weights = {f"aggregator.weight.{each}": 0.0 for each in _WEIGHTS}
     slow = replace(
         Parameters(), {**weights, "s1.bias_time_constant": 100.0, **_LAG, "s2.noise": 0.1}
@@ -288,15 +304,94 @@ def test_without_a_truth_a_sensor_alone_is_chosen_by_how_it_foretells_s2(
 def test_blocks_are_equal_parts_of_what_counts() -> None:
     counted = np.ones(103, np.bool_)
     counted[10:20] = False
-    blocks = blocks_of(counted)
-    assert len(blocks) == BLOCKS
-    assert (np.sum(blocks, axis=0) == counted).all()
-    assert {int(block.sum()) for block in blocks} <= {23, 24}
+    parts = parts_of(Problem([], np.zeros(103), counted, Parameters()))
+    assert ((parts >= 0) == counted).all()
+    assert (np.diff(parts[counted]) >= 0).all()
+    sizes = np.bincount(parts[counted])
+    assert sizes.size == BLOCKS
+    assert set(sizes.tolist()) <= {23, 24}
+    folds = folds_of(parts)
+    assert (np.sum(folds, axis=0) == counted).all()
+    assert [int(fold.sum()) for fold in folds] == sizes.tolist()
+
+
+def test_of_many_recordings_every_eighth_is_left_out_at_a_time() -> None:
+    short = [made(Sensors(), seconds=1.0).series] * 10
+    n = 10 * short[0].s1.size
+    counted = np.ones(n, np.bool_)
+    parts = parts_of(Problem(short, np.zeros(n), counted, Parameters()))
+    assert np.bincount(parts).tolist() == [25] * 10
+    folds = folds_of(parts)
+    assert [sorted(set(parts[fold].tolist())) for fold in folds[:3]] == [[0, 8], [1, 9], [2]]
+    errors = errors_by_part(np.where(parts == 3, -2.0, 1.0), parts)
+    assert errors.tolist() == [2.0 if k == 3 else 1.0 for k in range(10)]
+
+
+def test_one_fit_serves_two_recordings_of_the_same_sensors(
+    recording: Made, unseen: Made, patch: pytest.MonkeyPatch
+) -> None:
+    third = made(SENSORS, seed=2)
+    tuned = tune_to([Trial(*recording), Trial(*unseen)], threads=2)
+    for each, one in zip((recording, unseen), tuned.recordings, strict=True):
+        value = run(fusion(tuned.parameters), each.series).value
+        assert one.error == pytest.approx(rmse(value, each))
+        assert one.error < 0.5 * min(one.baseline_errors["s1"], one.baseline_errors["s2"])
+        assert one.unseen_error < 0.5 * min(one.baseline_errors["s1"], one.baseline_errors["s2"])
+        assert one.oddities == ()
+    assert tuned.error == pytest.approx(
+        np.sqrt(np.mean([e.error**2 for e in tuned.recordings])), rel=0.01
+    )
+    ours = rmse(run(fusion(tuned.parameters), third.series).value, third)
+    assert ours < 1.5 * max(each.error for each in tuned.recordings)
+
+
+def test_the_same_recording_twice_is_fitted_as_once(
+    recording: Made, tuned: Tuned, patch: pytest.MonkeyPatch
+) -> None:
+    """Nothing of a recording is carried over into the next."""
+    twice = tune_to([Trial(*recording), Trial(*recording)], threads=2)
+    assert [each.fitted for each in twice.candidates[:2]] == pytest.approx(
+        [each.fitted for each in tuned.candidates[:2]]
+    )
+    first, second = twice.recordings
+    assert (first.error, first.before_error) == (second.error, second.before_error)
+    assert first.before_error == tuned.before_error
+
+
+def test_a_recording_of_other_sensors_is_named(recording: Made) -> None:
+    usual = characterise(recording.series)
+    quick, noisy, late, strange = (
+        characterise(made(sensors, rate=rate).series)
+        for sensors, rate in (
+            (SENSORS, 50.0),
+            (SENSORS._replace(noise=1.0), 25.0),
+            (SENSORS._replace(delay=1.5), 25.0),
+            (SENSORS, 25.0),
+        )
+    )
+    typically = typical([usual, usual, quick])
+    assert typically.s1_interval == usual.s1_interval
+    assert typically.span == pytest.approx(2.0 * usual.span + quick.span)
+    assert list(oddities(usual, typically)) == []
+    assert list(oddities(quick, typically)) == [
+        "S1 has 50 Hz, elsewhere 25 Hz",
+        "S2 has 10 Hz, elsewhere 5 Hz",
+    ]
+    assert "S1's noise is" in "".join(oddities(noisy, typically))
+    assert "S2 lags" in "".join(oddities(late, typically))
+    unrelated = strange._replace(lag=strange.lag._replace(correlation=0.1), chance=0.3)
+    assert "nothing in common" in "".join(oddities(unrelated, typically))
+
+
+def test_the_recording_that_is_too_short_is_named(recording: Made) -> None:
+    short = made(SENSORS, seconds=1.0)
+    with pytest.raises(TuneError, match=r"^b: got 25 samples of S1, expected at least 50"):
+        tune_to([Trial(*recording, "a"), Trial(*short, "b")])
 
 
 def test_steps_without_effect_are_left_out(recording: Made) -> None:
     series, truth = recording
-    problem = Problem(series, truth, series.s2_known > 0, Parameters())
+    problem = Problem([series], truth, series.s2_known > 0, Parameters())
     useless = {
         "s1.spike_threshold": 1e6,
         "s2.lag_time_constant": 0.5,
@@ -312,11 +407,11 @@ def test_steps_without_effect_are_left_out(recording: Made) -> None:
 
 def test_the_predictor_is_taken_only_where_it_helps() -> None:
     series, truth = made(Sensors(bias=0.0, noise=0.3), seconds=20.0)
-    problem = Problem(series, truth, series.s2_known > 0, Parameters())
+    problem = Problem([series], truth, series.s2_known > 0, Parameters())
     alone = replace(Parameters(), {f"aggregator.weight.{each}": 1.0 for each in _WEIGHTS})
     with_it = with_predictor(problem, alone)
     assert error_of(problem, with_it) <= error_of(problem, alone)
-    perfect = Problem(series._replace(s1=truth), truth, series.s2_known > 0, Parameters())
+    perfect = Problem([series._replace(s1=truth)], truth, series.s2_known > 0, Parameters())
     assert not with_predictor(perfect, alone).predictor.enabled
 
 
