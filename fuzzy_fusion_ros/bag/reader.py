@@ -33,7 +33,7 @@ _OTHER_CDR = {
 
 
 def open_bag(path: str | Path) -> BagReader:
-    """Open a rosbag2 directory or a bare ``.mcap``, whole or damaged.
+    """Open a rosbag2 directory or a single ``.mcap`` file, intact or damaged.
 
     Raises:
         BagError: There is no such bag, or nothing in it can be read.
@@ -44,8 +44,8 @@ def open_bag(path: str | Path) -> BagReader:
 class BagReader:
     """An open bag; a context manager.
 
-    Memory does not grow with the bag: messages are read chunk by chunk. (It grows with how
-    far log times are out of order between chunks.)
+    Memory does not grow with the bag: messages are read chunk by chunk. (It grows if log times are
+    out of order between chunks.)
 
     Attributes:
         path: The bag.
@@ -97,7 +97,7 @@ class BagReader:
 
     @property
     def problems(self) -> list[str]:
-        """One line per thing that is not whole; reading on can add some."""
+        """Problems of the bag, one line each; reading on can add some."""
         of_types = [f"{self.path.name}: {each}" for each in self.types.problems]
         return [*self._problems.lines, *of_types]
 
@@ -117,7 +117,7 @@ class BagReader:
         return other if topic not in self.topics and other in self.topics else topic
 
     def require_topics(self, *names: str) -> None:
-        """Make sure that topics are in the bag.
+        """Check that topics are in the bag.
 
         Raises:
             BagError: One is not; the error lists those that are.
@@ -132,7 +132,7 @@ class BagReader:
             )
 
     def require_readable(self, topic: str) -> None:
-        """Make sure that numbers can be read from the messages of a topic.
+        """Check that numbers can be read from the messages of a topic.
 
         Args:
             topic: A topic in the bag, as the bag spells it.
@@ -152,7 +152,7 @@ class BagReader:
         return f"its messages are {kind}, only plain CDR (XCDR1) can be read" if kind else ""
 
     def require_messages_from(self, start_s: float | None) -> None:
-        """Make sure that a span does not begin after the last message.
+        """Check that a span does not begin after the last message.
 
         Args:
             start_s: Where it begins, s from the bag's first message; None for there.
@@ -176,12 +176,12 @@ class BagReader:
     ) -> Iterator[BagMessage]:
         """Return the messages in the order of their log times, equal ones as they are stored.
 
-        What is damaged is left out and told in :attr:`problems`.
+        Damaged parts are left out and listed in :attr:`problems`.
 
         Args:
             topics: The topics to read; None for all.
             start_s: Where to begin, s from the bag's first message; None for there.
-            end_s: Where to end, before this, s from the bag's first message; None for behind
+            end_s: Where to end, before this, s from the bag's first message; None for after
                 the last one.
 
         Raises:

@@ -82,7 +82,7 @@ class BagMessage(NamedTuple):
     Attributes:
         topic: The topic's name.
         msgtype: ``package/msg/Type``.
-        log_ns: When it was recorded, ns since the epoch; it only orders.
+        log_ns: When it was recorded, ns since the epoch; used only for ordering.
         data: CDR with its encapsulation header.
     """
 

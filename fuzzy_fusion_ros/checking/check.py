@@ -68,11 +68,11 @@ class Check(NamedTuple):
     """The result of a check.
 
     Attributes:
-        characters: What the sensors are like, by name; one without usable samples is left out.
-        behind: How far S2's stamps are behind S1's when both arrive, seconds; negative if they
-            are ahead, NaN if unknown or if a clock steps.
-        relation: What they are to each other; None if their motion does not tell.
-        findings: What is worth telling, the worst first.
+        characters: Characteristics of the sensors by name; one without usable samples is left out.
+        behind: How far S2's stamps are behind S1's on arrival, seconds; negative if they are ahead,
+            NaN if unknown or if a clock steps.
+        relation: How they are related; None if their motion does not show it.
+        findings: The findings, worst first.
     """
 
     characters: dict[str, Character]
@@ -82,7 +82,7 @@ class Check(NamedTuple):
 
     @property
     def is_fine(self) -> bool:
-        """Whether nothing is wrong."""
+        """Whether no problem was found."""
         return all(each.level is Level.INFO for each in self.findings)
 
 

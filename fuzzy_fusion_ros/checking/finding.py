@@ -17,15 +17,15 @@ class Level(enum.IntEnum):
 
 
 class Finding(NamedTuple):
-    """Something that a check has found.
+    """A finding of a check.
 
     Attributes:
-        level: ERROR if the fusion cannot work with it, WARNING if it is worse for it, INFO if
-            both sensors may well be as they should.
-        about: A short name of what it is about, the same in every recording: ``clock offset``.
-        text: What is seen, a clause without a full stop.
-        evidence: The numbers that say how sure it is, by name: ``{"correlation": -0.98}``.
-        remedy: A line of a parameter file, an option, or words; empty if there is none.
+        level: ERROR if the fusion cannot work with it, WARNING if it degrades the fusion, INFO if
+            both sensors may be in order.
+        about: A short name of the problem, the same in every recording: ``clock offset``.
+        text: The observation, a clause without a full stop.
+        evidence: The numbers that support it, by name: ``{"correlation": -0.98}``.
+        remedy: The fix: a line of a parameter file, an option, or words; empty if there is none.
     """
 
     level: Level
@@ -35,7 +35,7 @@ class Finding(NamedTuple):
     remedy: str = ""
 
     def __str__(self) -> str:
-        """Return what is seen, how sure that is, and what to do, on one line."""
+        """Return observation, evidence and remedy on one line."""
         evidence = ", ".join(f"{name} {value:.3g}" for name, value in self.evidence.items())
         text = f"{self.text} ({evidence})" if evidence else self.text
         return f"{text}; fix: {self.remedy}" if self.remedy else text

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 @command("check")
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Check one or several bags; return whether nothing is wrong."""
+    """Check one or several bags; return whether no problem was found."""
     given = command_line().parse_args(arguments)
     topics, window = options.topics_of(given), options.window_of(given)
     options.require_results(given, *given.bag, given.params)

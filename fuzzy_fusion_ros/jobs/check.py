@@ -20,10 +20,10 @@ class CheckResult(NamedTuple):
     """What was found in a bag.
 
     Attributes:
-        check: What its two sensors are like and what is wrong; None if none were named and the bag
-            has no default topics.
-        together: Which of its numbers move together, the surest first; None if not looked for.
-        notes: What of the bag could not be read, one line each.
+        check: Its two sensors and the problems found; None if no topics were named and it has no
+            default topics.
+        together: Its numbers that move together, most certain first; None if not searched.
+        notes: Parts of the bag that could not be read, one line each.
     """
 
     check: Check | None
@@ -32,7 +32,7 @@ class CheckResult(NamedTuple):
 
     @property
     def is_fine(self) -> bool:
-        """Whether nothing is wrong with the two sensors."""
+        """Whether no problem was found with the two sensors."""
         return self.check is None or self.check.is_fine
 
     def report(self) -> str:
@@ -42,7 +42,7 @@ class CheckResult(NamedTuple):
         return "\n\n".join(parts)
 
     def as_json(self) -> dict[str, Any]:
-        """Return what ``check --json`` writes; what was not looked for is null."""
+        """Return what ``check --json`` writes; what was not searched is null."""
         return {
             "check": None if self.check is None else report.check_json(self.check),
             "together": None if self.together is None else report.survey_json(self.together),
@@ -58,11 +58,11 @@ def check(
     end: float | None = None,
     progress: Progress = SILENT,
 ) -> CheckResult:
-    """Check the two sensors of a bag: clocks, rates, values, and what they are to each other.
+    """Check the two sensors of a bag: clocks, rates, values, and how they are related.
 
     Args:
         bag: A rosbag2 directory or an ``.mcap`` file.
-        parameters: Of the fusion, or the YAML file with them, for the fields of the sensors; the
+        parameters: Of the fusion, or a YAML file with them, for the fields of the sensors; the
             defaults unless given.
         topics: Where the sensors are. Unless given, the bag is searched for numbers that move
             together, and ``/s1`` and ``/s2`` are checked if it has them.

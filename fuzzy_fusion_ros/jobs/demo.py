@@ -105,7 +105,7 @@ def demo(
         output: Directory for bags and plots; those of an earlier demo are replaced.
         seed: Seed of the sensors' noise.
         seconds: Length of the run, simulated time.
-        progress: What shows progress; nothing does unless given.
+        progress: Shows progress; none is shown unless given.
 
     Raises:
         FusionError: ROS is missing, a node has failed, or the output cannot be used.
@@ -143,7 +143,7 @@ def run_live(output: Path, seed: int, seconds: float, progress: Progress = SILEN
         output: Directory for the two bags.
         seed: Seed of the sensors' noise.
         seconds: Length of the run, simulated time.
-        progress: What shows progress; nothing does unless given.
+        progress: Shows progress; none is shown unless given.
 
     Raises:
         DemoError: ROS 2 is missing, or a node has failed.

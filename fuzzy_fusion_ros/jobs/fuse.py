@@ -48,8 +48,8 @@ def fuse(
 ) -> FusedArrays:
     """Fuse two arrays into the estimates that a node would publish.
 
-    Samples are taken in the order of their times, S2 first where two are equal. Like a node, it
-    drops what is not finite.
+    Samples are processed in the order of their times, S2 first where two are equal. As in a node,
+    values that are not finite are dropped.
 
     >>> from fuzzy_fusion_ros import fuse
     >>> found = fuse([0.0, 0.1, 0.2], [1.1, 0.9, 1.1], [0.0], [1.0])
@@ -59,14 +59,14 @@ def fuse(
     True
 
     Args:
-        s1_time_s: Times of S1, rising, shape (n,), seconds from any origin.
+        s1_time_s: Times of S1, increasing, shape (n,), seconds from any origin.
         s1: Samples of S1, shape (n,).
-        s2_time_s: Times of S2, rising, shape (m,), seconds from the same origin.
+        s2_time_s: Times of S2, increasing, shape (m,), seconds from the same origin.
         s2: Samples of S2, shape (m,).
         parameters: Of the fusion, or the YAML file with them; the defaults unless given.
 
     Raises:
-        FusionError: Shapes do not match, times do not rise, or the parameters cannot be used.
+        FusionError: Shapes do not match, times do not increase, or the parameters cannot be used.
     """
     given = fusion_parameters(parameters)
     fast, slow = _sensor("S1", s1_time_s, s1), _sensor("S2", s2_time_s, s2)

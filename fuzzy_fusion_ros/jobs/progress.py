@@ -11,7 +11,7 @@ T = TypeVar("T")
 
 
 class Progress:
-    """Shows nothing; subclasses show something."""
+    """Shows no progress; subclasses do."""
 
     def over(
         self, items: Iterable[T], text: str, total: int | None = None, unit: str = ""

@@ -31,9 +31,9 @@ def replay(
 ) -> Replayed:
     """Run a bag through the fusion into a new bag.
 
-    The new bag holds the messages of the old one, bytes unchanged, except for an old estimate and
-    its explanation; after each message comes what ``fusion_node`` would have published because of
-    it, bit for bit.
+    The new bag holds the messages of the old one, byte for byte, except for an old estimate and
+    its explanation. Each message is followed by what ``fusion_node`` would have published on
+    receiving it, bit for bit.
 
     Args:
         bag: A rosbag2 directory or an ``.mcap`` file.
@@ -44,7 +44,7 @@ def replay(
         start: Where to start, seconds from the first message of the bag.
         end: Where to end, seconds from the first message of the bag.
         explanation: Whether to write the explanation topics beside the estimate.
-        progress: What shows progress; nothing does unless given.
+        progress: Shows progress; none is shown unless given.
 
     Returns:
         How many messages were copied and estimates written, and what was dropped and why.

@@ -54,7 +54,7 @@ def reproduce(
         jobs: Number of threads; it changes no result.
         parameters: Of the fusion, the same at every point, or the YAML file with them; the
             defaults unless given.
-        progress: What shows progress; nothing does unless given.
+        progress: Shows progress; none is shown unless given.
 
     Raises:
         FusionError: The parameters or the output cannot be used, or a file of the output is that

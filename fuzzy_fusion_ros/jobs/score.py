@@ -30,12 +30,12 @@ def score(
 ) -> Score:
     """Score the estimate in a bag, S1, S2 and every baseline against the truth.
 
-    The estimate is the bag's own; if the bag has none, the fusion is run here.
+    The estimate is the one in the bag; if there is none, the fusion is run here.
 
     Args:
         bag: A rosbag2 directory or an ``.mcap`` file, with a truth topic.
         parameters: Of the fusion, or the YAML file with them; the defaults unless given. A file
-            that ``tune`` wrote holds those of the baselines, too.
+            that ``tune`` wrote also holds those of the baselines.
         topics: Where sensors, estimate and truth are; ``/s1``, ``/s2``, ``/estimate`` and
             ``/truth`` unless given.
         start: Where scoring starts, seconds from the first message of the bag; every filter runs
@@ -44,7 +44,7 @@ def score(
         unit: Unit of the signal; unless given, that of the message type, if it has one.
         fit_baselines: Whether baselines that the file does not have are fitted to the span that
             is scored, which takes a while; otherwise they are derived from rates and noise.
-        progress: What shows progress; nothing does unless given.
+        progress: Shows progress; none is shown unless given.
 
     Raises:
         FusionError: The bag or the parameters cannot be used, or no estimate has a truth.

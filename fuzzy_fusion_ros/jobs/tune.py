@@ -37,11 +37,11 @@ _NAMED = 5
 
 
 class TuneResult(NamedTuple):
-    """A fit, and what it was made to.
+    """A fit and the recordings that it was made to.
 
     Attributes:
         tuned: The fit: candidates, errors before and after, characteristics of the sensors.
-        recordings: What was read of each bag.
+        recordings: What was read from each bag.
         unit: Unit of the signal, ``""`` where it is not known.
         origin: Bags, span and seed, in words.
     """
@@ -104,16 +104,17 @@ def tune(
         bag: A rosbag2 directory or an ``.mcap`` file; or several, of the same sensors, which get
             one set of parameters.
         output: YAML file to write the parameters to, if any.
-        parameters: What the fit leaves alone, or the YAML file with it; the defaults unless given.
+        parameters: Values that the fit does not change, or a YAML file with them; the defaults
+            unless given.
         topics: Where sensors and truth are; ``/s1``, ``/s2`` and ``/truth`` unless given.
         start: Where the span to fit to starts, seconds from the first message of each bag.
         end: Where it ends, seconds from the first message of each bag.
-        use_truth: Whether to fit to the truth, if the bags have one; otherwise the fit is to what
-            both sensors say in hindsight.
+        use_truth: Whether to fit to the truth, if the bags have one; otherwise the fit
+            maximises the likelihood of S2.
         unit: Unit of the signal; unless given, that of the message type, if it has one.
         seed: Seed of the optimiser.
-        jobs: How many bags are read at a time, each in a process; 1 is none but this one.
-        progress: What shows progress; nothing does unless given.
+        jobs: Number of bags to read at a time, each in a process; 1 reads them in this one.
+        progress: Shows progress; none is shown unless given.
 
     Raises:
         FusionError: A bag, the parameters or the output cannot be used, there are too few samples

@@ -44,7 +44,7 @@ class Played(NamedTuple):
     Attributes:
         messages: Messages published, /clock left out.
         loops: How often it has come to the end.
-        notes: What was left out and why, one line each.
+        notes: What was left out, and why, one line each.
     """
 
     messages: int

@@ -50,7 +50,7 @@ class Recording(NamedTuple):
         unit: Unit of the signal, ``""`` where the types do not say.
         period: A full turn of it, 0 if it does not wrap; the series is on continuous lines, tracks
             are as recorded.
-        notes: What was left out and why, one line each.
+        notes: What was left out, and why, one line each.
     """
 
     name: str

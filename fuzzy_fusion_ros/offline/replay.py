@@ -32,14 +32,14 @@ from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 
 class Replayed(NamedTuple):
-    """What a replay did.
+    """Result of a replay.
 
     Attributes:
         messages: Messages of the input that were copied.
         estimates: Estimates that were written.
         restarts: How often time jumped back.
         modes: The share of time in each mode, 0 to 1, by name.
-        notes: What was left out and why, one line each.
+        notes: What was left out, and why, one line each.
     """
 
     messages: int

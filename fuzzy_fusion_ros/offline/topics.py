@@ -26,7 +26,7 @@ class Topics(NamedTuple):
         s2: Topic of S2.
         estimate: Topic of the estimate.
         truth: Topic of the truth.
-        fields: Paths of the numbers by role; under ``""`` one for every topic whose type has it.
+        fields: Paths of the numbers by role; ``""`` stands for every topic whose type has it.
     """
 
     s1: str = "/s1"

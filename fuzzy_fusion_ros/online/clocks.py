@@ -26,7 +26,7 @@ def offset_between(s1: Guard, s2: Guard) -> float | None:
 
 
 def clock_problem(s1: Guard, s2: Guard, s1_timeout: float, s2_timeout: float) -> str:
-    """Say how far the sensors' clocks are apart, ``""`` while that does no harm.
+    """Describe the offset between the sensors' clocks, ``""`` while it does no harm.
 
     It does where a sensor that is there counts as lost, where stamps arrive before their time,
     and where a delay is longer than any transport.

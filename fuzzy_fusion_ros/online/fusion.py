@@ -21,7 +21,7 @@ from fuzzy_fusion_ros.self_tuning import estimator_for, in_use
 
 
 class Fusion:
-    """Takes samples of S1 and S2 as they come and gives estimates.
+    """Turns samples of S1 and S2, in order of arrival, into estimates.
 
     >>> from fuzzy_fusion_ros import Fusion, Parameters, Sample
     >>> fusion = Fusion(Parameters())
@@ -54,7 +54,7 @@ class Fusion:
 
     @property
     def parameters(self) -> Parameters:
-        """The parameters, replaced as a whole; the next sample sees the new ones."""
+        """The parameters; assign new ones to use them from the next sample on."""
         return self._intake.parameters
 
     @parameters.setter
@@ -74,12 +74,12 @@ class Fusion:
         """Take a sample of S1.
 
         Args:
-            sample: The sample as it came, whatever it holds.
-            now_ns: Time of receipt, nanoseconds on the clock of the stamps; the stamp unless
+            sample: The sample as received, valid or not.
+            now_ns: Receive time, nanoseconds on the clock of the stamps; the stamp unless
                 given.
 
         Returns:
-            Whether it counts, and the estimates that are due now.
+            Whether it was admitted, and the estimates that are due now.
         """
         now_ns = sample.stamp_ns if now_ns is None else now_ns
         return self._follow(self._intake.on_s1(sample, now_ns))
@@ -90,24 +90,24 @@ class Fusion:
         return self._follow(self._intake.on_s2(sample, now_ns))
 
     def on_tick(self) -> Verdict:
-        """Take a tick of the timer, for the trigger of that name."""
+        """Take a tick of the timer, for ``trigger: timer``."""
         return self._follow(self._intake.on_tick())
 
     def restart(self) -> Verdict:
-        """Start a new timeline, with the samples that are held: the clock has jumped back."""
+        """Start a new timeline with the samples that are held, after the clock has jumped back."""
         return self._follow(self._intake.restart())
 
     def reset(self) -> None:
-        """Forget all samples; the counts stay."""
+        """Clear the state; the counts are kept."""
         self._intake.reset()
         self._clear()
 
     def clock_problem(self) -> str:
-        """Say how far the sensors' clocks are apart, ``""`` while that does no harm."""
+        """Describe the offset between the sensors' clocks, ``""`` while it does no harm."""
         return self._intake.clock_problem()
 
     def finish(self) -> None:
-        """Count samples that are still held as dropped: nothing more will come."""
+        """Count the samples that are still held as dropped, at the end of the input."""
         self._intake.finish()
 
     def _clear(self) -> None:

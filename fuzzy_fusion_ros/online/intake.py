@@ -32,7 +32,7 @@ class Intake:
 
     @property
     def parameters(self) -> Parameters:
-        """The parameters, replaced as a whole; the next sample sees the new ones."""
+        """The parameters; assign new ones to use them from the next sample on."""
         return self._parameters
 
     @parameters.setter
@@ -45,7 +45,7 @@ class Intake:
         """Take a sample of S1.
 
         Args:
-            sample: The sample as it came, whatever it holds.
+            sample: The sample as received, valid or not.
             now_ns: Time of receipt, nanoseconds on the clock of the stamps.
         """
         return self._receive(self.s1, sample, now_ns)
@@ -55,7 +55,7 @@ class Intake:
         return self._receive(self.s2, sample, now_ns)
 
     def on_tick(self) -> Verdict:
-        """Take a tick of the timer, for the trigger of that name."""
+        """Take a tick of the timer, for ``trigger: timer``."""
         return Verdict(steps=(self._trigger.on_tick(),))
 
     def clocks_known(self) -> bool:
@@ -63,7 +63,7 @@ class Intake:
         return self.s1.delay is not None and self.s2.delay is not None
 
     def clock_problem(self) -> str:
-        """Say how far the sensors' clocks are apart, ``""`` while that does no harm."""
+        """Describe the offset between the sensors' clocks, ``""`` while it does no harm."""
         parameters = self._parameters
         return clock_problem(
             self.s1,
@@ -77,7 +77,7 @@ class Intake:
         return self._follow(self._timeline.restart())
 
     def reset(self) -> None:
-        """Forget all samples; the counts stay."""
+        """Clear the state; the counts are kept."""
         self._timeline.reset()
         self._clear()
 

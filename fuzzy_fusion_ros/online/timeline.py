@@ -33,7 +33,7 @@ CALM = 1000
 
 
 class Admission(NamedTuple):
-    """What became of a sample.
+    """What happened to a sample.
 
     Attributes:
         admitted: The samples admitted now, each with its guard: those held before it, then it.

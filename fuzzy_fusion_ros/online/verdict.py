@@ -13,14 +13,14 @@ from fuzzy_fusion_ros.online.trigger import Step
 
 @dataclass(frozen=True, slots=True)
 class Fused:
-    """An estimate with the stamp of the sample that it is for.
+    """An estimate with the stamp of its sample.
 
     Attributes:
         stamp_ns: The stamp, nanoseconds.
         estimate: The estimate.
-        state: The state of the estimator behind it; two that are equal may differ in this.
+        state: The state of the estimator after it; not part of the comparison of two estimates.
         s2_message: The message of the newest S2 sample in it, empty if there is none.
-        turned: What the estimate was turned by, as the signal wraps; the state is not.
+        turned: What was subtracted from the estimate because the signal wraps; not from the state.
     """
 
     stamp_ns: int
@@ -31,21 +31,21 @@ class Fused:
 
     @property
     def standard_deviation(self) -> float:
-        """Standard deviation of the estimate's error, unit of the signal; 0 while not known."""
+        """Standard deviation of the estimate's error, unit of the signal; 0 while unknown."""
         return self.estimate.standard_deviation
 
 
 class Verdict(NamedTuple):
-    """What became of a sample.
+    """What happened to a sample.
 
-    A sample that is neither admitted nor dropped is held: the next ones decide.
+    A sample that is neither admitted nor dropped is held until later ones decide.
 
     Attributes:
         admitted: Samples admitted now; more than one where earlier ones were held.
-        drop: Why the sample was dropped, ``None`` if it was not.
+        drop: Why the sample was dropped; ``None`` if it was not.
         restarted: Whether timestamps jumped, so that all state was cleared first.
-        steps: What the estimator has to do, in order.
-        estimates: What it answered; empty before it has.
+        steps: The steps for the estimator, in order.
+        estimates: The resulting estimates; empty until they are computed.
     """
 
     admitted: int = 0

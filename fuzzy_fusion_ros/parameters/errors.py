@@ -9,7 +9,7 @@ from __future__ import annotations
 
 
 class FusionError(Exception):
-    """Base of every error that a user's input, arguments or set-up can cause."""
+    """Base class of all errors caused by a user's input, arguments or set-up."""
 
 
 class ParameterError(FusionError):

@@ -86,10 +86,10 @@ def owners(path: str | Path) -> list[str]:
 
 
 def parameters_from(path: str | Path, node_name: str = "fusion_node") -> Parameters:
-    """Return the fusion's parameters with those of a file laid over the defaults.
+    """Return the fusion's parameters: the defaults, overridden by those in a file.
 
     Raises:
-        ParameterError: As :func:`load`; a name is unknown, a value or a combination not allowed.
+        ParameterError: As :func:`load`; a name is unknown, or a value or combination not allowed.
     """
     values = load(path, node_name)
     own = {name: value for name, value in values.items() if not is_builtin(name)}

@@ -31,13 +31,13 @@ STRETCHES = 150
 
 
 def plot_score(score: Score, path: str | Path) -> None:
-    """Draw a scored recording into a file.
+    """Plot a scored recording.
 
     Weight and drift are drawn where they are known and not constant.
 
     Args:
         score: The recording, scored.
-        path: The file; its suffix is the format.
+        path: The file; its suffix selects the format.
 
     Raises:
         FusionError: The file cannot be written or the format is unknown.

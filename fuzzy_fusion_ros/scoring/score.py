@@ -43,12 +43,12 @@ FITTED = "fitted to the span that is scored, which flatters them"
 
 
 class Score(NamedTuple):
-    """Everything that a table, a JSON file or a plot of one recording shows.
+    """The scores of a recording, with everything that tables, JSON and plots show.
 
     Attributes:
         name: The bag.
-        matched: Estimates that have a truth beside them, n.
-        of: Estimates in the span.
+        matched: Number n of estimates that could be matched to a truth.
+        of: Number of estimates in the span.
         span_s: First and last matched time, seconds from the bag's first message.
         unit: Unit of the signal, ``""`` where it is not known.
         recomputed: Whether the bag had no estimate, so that the fusion ran here.
@@ -56,10 +56,10 @@ class Score(NamedTuple):
         time_s: Matched times, shape (n,), seconds from the bag's first message.
         truth: The truth at them, shape (n,).
         values: Every estimator's output at them by its name, shape (n,) each.
-        deviations: Standard deviation of those that know theirs, by name, shape (n,) each; 0 or
-            NaN where they do not.
-        behind: What stands behind the estimate, where known: weight, drift and the strength at
-            which each rule fires, by name.
+        deviations: Standard deviation of estimators that report one, by name, shape (n,) each; 0 or
+            NaN where unknown.
+        behind: What the estimate was made of, where known: weight, drift and the firing strength of
+            each rule, by name.
         modes: The share of time in each mode of the fusion with these parameters, by name.
         notes: What was left out of the recording, one line each.
     """

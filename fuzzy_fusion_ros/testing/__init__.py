@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Test nodes without launch files, in an isolated ROS graph.
 
-To test a parameter file of yours, start from this:
+To test your own parameter file, start from this:
 
 >>> from fuzzy_fusion_ros.testing import Harness
 >>> with Harness() as harness:
@@ -16,13 +16,13 @@ The graph has its own DDS domain on this machine, so that tests can run in paral
 leaves the machine. Tests never sleep: :meth:`Harness.spin_until` spins the nodes until a predicate
 is true.
 
-pytest has two fixtures wherever this package is installed; ``examples/robot`` is to be copied:
+The package installs two pytest fixtures; ``examples/robot`` is a template that uses them:
 
 - ``fusion_harness``: an open :class:`Harness`;
 - ``ros_domain``: a free DDS domain, which this process and its children have joined until the test
   ends. With both, the harness is in that domain.
 
-Importing this loads no rclpy: its names are looked up when they are first used.
+Importing this package does not import rclpy: names are imported when they are first used.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ DOMAINS = range(1, 102)
 def claimed_domain() -> Iterator[int]:
     """Context manager: reserve a domain against other processes and threads.
 
-    The claim is a file lock, so it ends with the process however that ends.
+    The claim is a file lock, so it ends with the process, however that exits.
 
     Raises:
         RuntimeError: Every domain is claimed.

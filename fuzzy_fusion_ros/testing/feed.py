@@ -72,7 +72,7 @@ class Feed:
         )
 
     def __call__(self, at: float, s1: float, s2: float | None = None) -> float:
-        """Publish S2, if given, then S1, and return the estimate of that stamp.
+        """Publish S2, if given, then S1, and return the estimate with that stamp.
 
         Args:
             at: Stamp of both, seconds from the start of the feed.
