@@ -7,7 +7,7 @@ _LIMIT = 20
 
 
 class Problems:
-    """A list of problems, each told once and not too many of them.
+    """A list of problems, each listed once and not too many of them.
 
     Attributes:
         lines: One line per problem, in the order in which they were met.
@@ -17,7 +17,7 @@ class Problems:
         self.lines: list[str] = []
 
     def note(self, source: str, problem: str) -> None:
-        """Add a problem of a file or another source, unless it is told already."""
+        """Add a problem of a file or another source, unless it is listed already."""
         line = f"{source}: {problem}"
         if line in self.lines:
             return

@@ -88,7 +88,7 @@ def find_files(path: Path, problems: Problems) -> tuple[list[Path], Metadata | N
 
 
 def _without_storage(path: Path, missing: Sequence[str]) -> str:
-    """Say why a directory without storage files is no bag."""
+    """Say why a directory without storage files is not a bag."""
     old = next(path.glob("*.bag"), None)
     if old is not None:
         return _ros1(old)

@@ -22,19 +22,19 @@ LONGEST_DELIVERY = 60.0
 """No message takes longer than this many seconds."""
 
 SOONEST_DELIVERY = -0.05
-"""No message arrives before it is stamped, but for so many seconds of jitter between clocks."""
+"""No message arrives before it is stamped, except for this much jitter between clocks, seconds."""
 
 USUAL_DELIVERY = 1.0
 """Late delivery costs 1 per this many seconds, in the evidence of :mod:`.relation`."""
 
 CLOCKS_APART = 3.0
-"""What clocks that are apart cost there: one set-up in twenty."""
+"""Cost of a clock offset there: one set-up in twenty."""
 
 WITHOUT_MOTION = 2.0
-"""Where motion does not tell, stamps that differ by more than this many seconds are a clock's."""
+"""Where motion does not decide, stamps that differ by more than this many seconds mean a clock."""
 
 LOST_AFTER = 3.0
-"""A sensor that is late is lost only after so many more intervals."""
+"""A late sensor counts as lost only after this many more intervals."""
 
 TOGETHER = 2.0
 """Clocks of both sensors that step within this many seconds are one clock, or a looped bag."""

@@ -19,7 +19,7 @@ MARGIN = 1.5
 """Evidence by which a fault must be more credible than sensors as they should be: 4.5 to 1."""
 
 RELATED = 0.8
-"""From this correlation on, motion is common whatever chance would give."""
+"""From this correlation on, motion is common, whatever chance would give."""
 
 ABOVE_CHANCE = 5.0
 """Below it, the correlation must be this many times that of lags far off,"""
@@ -42,7 +42,7 @@ UNRELATED = 2.5
 """Sensors have nothing in common if no hypothesis reaches this many times chance,"""
 
 ENOUGH = 60
-"""in a recording of at least so many intervals of the slower one."""
+"""in a recording of at least this many intervals of the slower one."""
 
 WHITE = 0.5
 """Correlation of a sample with the next below which a sensor shows nothing but noise."""

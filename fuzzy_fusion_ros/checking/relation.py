@@ -63,10 +63,10 @@ COSTS = {"negated": 1.0, "s1 rate": 0.7, "s2 rate": 1.0, "known scale": 1.0, "sc
 """What each deviation costs: one recording in three to ten has been set up wrong."""
 
 USUAL_LAG = (0.5, 2.0)
-"""A lag costs 1 per this: so many seconds and so many intervals of the slower sensor."""
+"""A lag costs 1 per this many seconds and this many intervals of the slower sensor."""
 
 LEAD = 3.0
-"""S2 ahead of S1 costs this many times a lag as long: the slow sensor does not know the future."""
+"""S2 ahead of S1 costs this many times as much as a lag: it cannot know the future."""
 
 NEAR_ONE = 1.25
 """A scale within this factor of 1 is taken for 1."""

@@ -81,7 +81,7 @@ class Together(NamedTuple):
 
 
 def survey(fields: Sequence[Field]) -> list[Together]:
-    """Return the pairs of fields that move together, the surest first.
+    """Return the pairs of fields that move together, most certain first.
 
     Fields of one topic, such as a gyro's rate and an accelerometer's tilt, are paired only where
     their units say that one is the rate of the other.
@@ -94,7 +94,7 @@ def survey(fields: Sequence[Field]) -> list[Together]:
     if len(moving) < 2:
         return []
     found = [_together(moving[i], moving[j]) for i, j in _candidates(moving)]
-    # of so many pairs some reach this multiple of chance
+    # among this many pairs some reach this multiple of chance
     times = math.sqrt(2.0 * math.log(max(2, len(moving) * (len(moving) - 1) // 2)))
     sure = [_timed(each) for each in found if each is not None and _is_sure(each.relation, times)]
     return sorted(sure, key=lambda each: -each.relation.correlation)

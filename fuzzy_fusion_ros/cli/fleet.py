@@ -87,7 +87,7 @@ def run(
 
 
 def failed_row(bag: str, failure: Failure, columns: int) -> tuple[str, ...]:
-    """Return the row of a bag that failed, in a table with so many columns."""
+    """Return the row of a bag that failed, in a table with that many columns."""
     return (bag, *[""] * (columns - 2), f"failed: {failure.reason}")
 
 

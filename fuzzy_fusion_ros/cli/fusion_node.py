@@ -26,7 +26,7 @@ services:
 
 @command("fusion_node")
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the node until it is told to stop."""
+    """Run the node until it is asked to stop."""
 
     with Stop() as stop:  # before the imports that take long
         from fuzzy_fusion_ros.ros.command_line import run_node

@@ -22,7 +22,7 @@ subscribes:
 
 @command("pendulum_node")
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the node until the end of the run, or until it is told to stop."""
+    """Run the node until the end of the run, or until it is asked to stop."""
 
     with Stop() as stop:  # before the imports that take long
         from fuzzy_fusion_ros.ros.command_line import run_node

@@ -19,7 +19,7 @@ publishes:
 
 @command("sensor_subscriber")
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the node until it is told to stop."""
+    """Run the node until it is asked to stop."""
 
     with Stop() as stop:  # before the imports that take long
         from fuzzy_fusion_ros.ros.command_line import run_node

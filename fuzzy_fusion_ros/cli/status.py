@@ -173,8 +173,8 @@ class _Termination:
         raise SystemExit(128 + number)
 
     def _watch(self, reading: int) -> None:
-        """Wait for the first signal, which the system tells even while no Python code runs."""
-        with open(reading, "rb", buffering=0) as told:
-            while number := told.read(1):
+        """Wait for the first signal, which the system reports even while no Python code runs."""
+        with open(reading, "rb", buffering=0) as signals:
+            while number := signals.read(1):
                 if number[0] in self._before and not self._done.wait(GRACE):
                     os._exit(128 + number[0])

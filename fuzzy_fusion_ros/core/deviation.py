@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How sure the estimate is: the rule base's third conclusion, its standard deviation.
+"""Standard deviation of the estimate: the third consequent of the rules.
 
-The observer's covariance, in which Table 1 says how far S2 was believed, tells the shape: it grows
-with the time since S2 last spoke. Its size is what S2's innovations say now: the mean of their
-squares over what was expected of them. While the observer is off there is no covariance; then the
+The observer's covariance, in which Table 1 sets how far S2 is trusted, gives the shape: it grows
+with the time since the last S2. The recent innovations of S2 give the scale: the mean of their
+squares over the expected ones. While the observer is off there is no covariance; then the
 size is that of ``S1 - S2`` and the shape its growth with S2's age.
 """
 

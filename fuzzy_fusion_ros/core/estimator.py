@@ -165,7 +165,7 @@ def heard_s2(parameters: Parameters, kept: Sensors, stamp_ns: int, value: float)
 
 
 def confronted(parameters: Parameters, kept: Sensors, late: float) -> Sensors:
-    """Let the observer believe S2's newest sample, and learn from it how sure it may be.
+    """Correct the observer by S2's newest sample, and update the scale of its standard deviation.
 
     Args:
         parameters: All parameters, or their ``numbers``.

@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The observer: Table 1 on the innovation of S2, seen through S2's lag. Our extension.
 
-The paper blends S1 with S2 as it comes, and S2 comes late. Here what we believe of the signal,
-``x = S1 - c`` with S1 conditioned and ``c`` what it is off by, passes a model of S2: a first-order
-lag, then a delay. What comes out is what S2 would show if we were right; that minus S2 is the
-innovation, the honest difference. It corrects ``c`` by a Kalman filter in which Table 1 says how
-far the sample is believed: S2's noise counts as ``noise / (1 - W1)``. Without lag, and with
-nothing known of ``c``, this is the paper's blend.
+The paper blends S1 with raw S2, which is late. Here the estimate ``x = S1 - c``, with S1
+conditioned and ``c`` its bias, passes a model of S2: a first-order lag, then a delay. The output is
+what S2 would show if the estimate were right; its difference from S2 is the innovation. A Kalman
+filter corrects ``c`` by it, in which Table 1 sets how far the sample is trusted: S2's noise counts
+as ``noise / (1 - W1)``. Without lag, and with ``c`` unknown, this is the paper's blend.
 
-The model is linear, so S1 and ``c`` pass it apart: S1 with the true delay, at the stamp of the
+The model is linear, so S1 and ``c`` pass it separately: S1 with the true delay, at the stamp of the
 sample however late that comes; ``c``, which changes slowly, with a second lag in place of the
 delay. Variances are in units of S2's noise variance, since only their ratios matter.
 """
@@ -348,7 +347,7 @@ def walked(parameters: Parameters, p: Covariance, interval: float, dt: float) ->
     The bias walks by ``q^2 dt = noise^2 interval dt / T^2``, with ``interval`` that of S2. Where
     S2 is wholly believed and has no lag, the steady gain of the filter is then ``interval / T``
     for ``T`` much longer than it: the bias is learnt with ``T = s1.bias_time_constant``. Its
-    slope walks by ``(q / T_d)^2 dt``, learnt with ``T_d = s1.drift_time_constant`` likewise.
+    slope walks by ``(q / T_d)^2 dt``, learnt with ``T_d = s1.drift_time_constant`` in the same way.
 
     Args:
         parameters: All parameters, or their ``numbers``.

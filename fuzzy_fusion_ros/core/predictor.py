@@ -178,7 +178,7 @@ def relative(values: Numbers, origin: float) -> Numbers:
 def straight_lines(parameters: PredictorParameters, rules: Rules, step: float) -> Rules:
     """Return the first rules: straight lines of evenly spread slopes through the newest estimate.
 
-    Rule l says: if the signal has come along the line of slope ``s_l``, it goes on along it for
+    Rule l says: if the signal has followed the line of slope ``s_l``, it continues along it for
     ``lead`` steps. Slopes reach from ``-slope`` to ``slope``. With one width for all inputs the
     rules weigh an estimate by its age, as a least-squares fit of a line does.
 

@@ -19,7 +19,7 @@ def require_writable(*outputs: str | Path | None, inputs: Iterable[object] = ())
     Args:
         outputs: The files; ``None`` is none, and ``-`` is stdout.
         inputs: What must not be written over: files, directories with the files in them, and
-            anything else, which is no file.
+            anything else, which is not a file.
 
     Raises:
         OutputError: A file cannot be written, is given twice, or is an input, by whatever name.

@@ -83,7 +83,7 @@ class ScalarCodec:
             receive_ns: When it was received, ns.
 
         Raises:
-            MessageError: It lacks the element, or is no message of the type.
+            MessageError: It lacks the element, or is not a message of the type.
             StampError: The nanoseconds of its timestamp are a second or more.
         """
         view = self._view(data)
@@ -110,7 +110,7 @@ class ScalarCodec:
         arrays are as long, unless the path looks up a name.
 
         Raises:
-            MessageError: It lacks the element, or is no message of the type.
+            MessageError: It lacks the element, or is not a message of the type.
         """
         with contextlib.suppress(StampError):
             self.sample(data, 0)

@@ -153,7 +153,7 @@ class _Rows:
 
 
 def _rows(codecs: Sequence[ScalarCodec], data: bytes) -> _Rows | None:
-    """Return the rows that a message starts; None if it is no message, or has too many parts."""
+    """Return the rows that a message starts; None if it is not a message, or has too many parts."""
     places: list[Place | None] = []
     lengths: tuple[int, ...] = ()
     for codec in codecs:

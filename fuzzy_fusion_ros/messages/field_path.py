@@ -52,7 +52,7 @@ class FieldPath:
         parts: The path, parsed.
 
     Raises:
-        MessageError: The text is no path.
+        MessageError: The text is not a path.
     """
 
     text: str

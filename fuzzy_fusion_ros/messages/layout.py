@@ -19,7 +19,7 @@ Walk = Callable[[bytes, int], int]
 begins. Raises ``struct.error`` where the bytes end before."""
 
 _Part = tuple[int, int] | Walk
-"""So many bytes each of so many numbers, or a walk past anything else."""
+"""A number of bytes for each of a number of elements, or a walk past anything else."""
 
 _DEEPEST = 32
 MOST_PARTS = 100_000

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where messages say how sure a number is, and how they say that it is not known."""
+"""Where messages hold the variance of a number, and how they mark it as unknown."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Variance(NamedTuple):
 
 
 NONE = Variance("", {})
-"""Of a number whose type says nothing of how sure it is."""
+"""Of a number whose type has no variance."""
 
 
 def variance_of(types: TypeDescriptions, type_name: str, field: Field) -> Variance:

@@ -28,7 +28,7 @@ SETTLED = 0.5
 """Time for subscribers to know us too once we know them, seconds."""
 
 LEISURE, HASTE = 2.0, 0.3
-"""Longest wait for reliable subscribers at the end, and when told to stop, seconds."""
+"""Longest wait for reliable subscribers at the end, and when asked to stop, seconds."""
 
 DEEP = 100
 """Messages kept for a slow reliable subscriber at least."""
@@ -163,7 +163,7 @@ class _Player(Node):
         self._loops += 1
 
     def _advance_to(self, log_ns: int, begun: float, first_ns: int, rate: float) -> None:
-        """Wait until a message is due; the clock goes on meanwhile."""
+        """Wait until a message is due; the clock keeps running."""
         due = begun + (log_ns - first_ns) / SECOND_NS / rate
         while not self._stopped() and (left := due - time.monotonic()) > 0.0:
             time.sleep(min(left, LONGEST_SLEEP))

@@ -28,13 +28,13 @@ from fuzzy_fusion_ros.parameters.fusion import Parameters
 SENSORS = ("s1", "s2")
 
 MOST_NUMBERS = 2_000_000
-"""Numbers that a survey reads; of longer bags, every so many messages."""
+"""Numbers that a survey reads; of longer bags, every n-th message."""
 
 FEWEST_MESSAGES = 500
 """Messages of each topic that a survey reads at least, however many numbers are in them."""
 
 FIRST_MESSAGES = 100_000
-"""Topics that have none among so many messages of the bag are left out of a survey."""
+"""Topics without a message among this many of the bag are left out of a survey."""
 
 MOST_ELEMENTS = 64
 """Longer arrays are images and clouds of points rather than sensors; a survey leaves them out."""
@@ -131,7 +131,7 @@ def survey_bag(
     end_s: float | None = None,
     progress: Progress = lambda messages: messages,
 ) -> list[Together]:
-    """Return which numbers in a bag move together, the surest first.
+    """Return which numbers in a bag move together, most certain first.
 
     Args:
         bag: The bag.

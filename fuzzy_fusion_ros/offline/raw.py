@@ -62,7 +62,7 @@ def read_raw(
         start_s: Where to begin, seconds from the bag's first message.
         end_s: Where to end, before this.
         progress: Passes the messages on.
-        every: Of which topics to read only every so many messages.
+        every: By topic, n if only every n-th message is to be read.
     """
     names: dict[str, list[str]] = {}
     for name, source in sources.items():

@@ -65,7 +65,7 @@ def _blended(parameters: Parameters, fused: Fused, u: str) -> str:
 
 
 def _observed(parameters: Parameters, fused: Fused, u: str) -> str:
-    """Return the observer's estimate: S1 and what it is off by, as S2 has told through its lag."""
+    """Return the observer's estimate: S1 minus its bias, learnt from S2 through its lag."""
     innovation = fused.state.sensors.belief.innovation
     direction = "above" if innovation < 0.0 else "below"
     believed = 100.0 * (1.0 - fused.estimate.aggregate.weight)

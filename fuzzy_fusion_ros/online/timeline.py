@@ -2,9 +2,9 @@
 """The timeline that the sensors of a node share: what is on it, and when a new one starts.
 
 A stamp before the newest of its sensor is either late or the first of a new timeline: a looped
-recording, a reset simulation. One stamp cannot tell, so the sample is held. The next ones decide:
-either the old timeline goes on and the held samples are dropped, or they are the start of the new
-timeline and nothing of it is lost.
+recording, a reset simulation. One stamp cannot decide, so the sample is held until the next ones
+do: either the old timeline continues and the held samples are dropped, or they are the start of the
+new timeline and none of it is lost.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ LATE_EVIDENCE = 5
 """The same where the samples may only be late."""
 
 MOST_EVIDENCE = 64
-"""The same while two timelines interleave, as of two publishers with clocks apart."""
+"""The same while two timelines interleave, as of two publishers with different clocks."""
 
 CALM = 1000
 """Samples in a row on one timeline after which nothing interleaves any more."""
@@ -111,7 +111,7 @@ class Timeline:
             self._give_up(guard)
 
     def _is_off(self, guard: Guard, stamp_ns: int) -> bool:
-        """Return whether a stamp is not where the timeline goes on."""
+        """Return whether a stamp does not continue the timeline."""
         newest_ns = guard.newest_ns
         if newest_ns is None:
             return False
@@ -150,7 +150,7 @@ class Timeline:
         )
 
     def _go_on(self, guard: Guard) -> None:
-        """Take note that the timeline goes on, so that what is held of a sensor was off it."""
+        """Note that the timeline continues, so that the samples held of a sensor were not part of it."""
         self._calm += 1
         if self._give_up(guard) and guard.left_ns is not None:
             self._interleave()
@@ -158,7 +158,7 @@ class Timeline:
             self._evidence = EVIDENCE
 
     def _interleave(self) -> None:
-        """Ask for more evidence: the timeline that was left goes on beside this one."""
+        """Require more evidence: the timeline that was left continues beside this one."""
         self._evidence = min(2 * self._evidence, MOST_EVIDENCE)
         self._calm = 0
 

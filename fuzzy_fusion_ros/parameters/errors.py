@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a user can get wrong: one small family of errors, each a single clear line.
 
-Every message says what came, what was expected and what to do. The command line turns any
+Every message says what was given, what was expected and what to do. The command line turns any
 :class:`FusionError` into exit status 2; nothing else does.
 """
 

@@ -58,7 +58,7 @@ def load(path: str | Path, node_name: str = "fusion_node") -> dict[str, Any]:
             what it would give a node of that name in any namespace.
 
     Raises:
-        ParameterFileError: The file is missing, is no parameter file, or holds nothing for the
+        ParameterFileError: The file is missing, is not a parameter file, or holds nothing for the
             node.
     """
     found: dict[str, Any] = {}
@@ -80,7 +80,7 @@ def owners(path: str | Path) -> list[str]:
     """Return the names of the nodes that a file has something for.
 
     Raises:
-        ParameterFileError: The file is missing or is no parameter file.
+        ParameterFileError: The file is missing or is not a parameter file.
     """
     return [owner for owner, _ in _sections(path)]
 

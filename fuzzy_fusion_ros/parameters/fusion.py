@@ -207,7 +207,7 @@ class SignalParameters(Group):
 
 @dataclass(frozen=True)
 class EstimateParameters(Group):
-    """The output message, a copy of S2's latest unless named, and how sure it is."""
+    """The output message, a copy of S2's latest unless named, and its standard deviation."""
 
     type: str = text("", "message type of the estimate; empty: that of S2")
     field: str = text(

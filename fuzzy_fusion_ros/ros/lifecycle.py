@@ -91,7 +91,7 @@ class Lifecycle(LifecycleNodeMixin, Node):
         return TransitionCallbackReturn.SUCCESS
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Clean up for good; the process goes on until it is told to stop."""
+        """Clean up for good; the process runs until it is asked to stop."""
         self._clean_up()
         return TransitionCallbackReturn.SUCCESS
 

@@ -8,7 +8,7 @@ class SequenceGapCounter:
     """Counts gaps in the sequence numbers that a publisher gives its messages.
 
     Messages are lost where the queue overflows or in transit. With several publishers on a topic
-    their numbers cannot be told apart; what the middleware reports is left then.
+    their numbers cannot be distinguished; only what the middleware reports remains then.
     """
 
     def __init__(self) -> None:

@@ -87,7 +87,7 @@ def usual(kept: Octaves) -> Reals:
 
 
 def root_mean_square(kept: Octaves) -> Reals:
-    """Return the root mean square of the differences, shape (octaves, k), likewise."""
+    """Return the root mean square of the differences, shape (octaves, k), in the same way."""
     return np.sqrt(_known(kept, kept.squares))
 
 

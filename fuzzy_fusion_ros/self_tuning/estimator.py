@@ -23,7 +23,7 @@ ENOUGH = 16
 """Samples of S2 that have been compared with S1 before parameters are chosen."""
 
 GROWTH, LONGEST_WAIT = 0.25, 256
-"""They are chosen again after this share more samples, but after so many at the latest."""
+"""They are updated after this share more samples, but at the latest after this many."""
 
 
 class SelfTuned(NamedTuple):

@@ -24,7 +24,7 @@ FEWEST_S2 = 10
 TINY = 1e-12
 
 ONE_WAY = 0.7
-"""Where S2 moves this steadily one way, its lag and S1's bias cannot be told apart."""
+"""Where S2 moves this steadily one way, its lag and S1's bias cannot be distinguished."""
 
 QUIETEST = 1e-4
 """S2's noise is at least this share of S2's own standard deviation."""
@@ -74,7 +74,7 @@ class Characteristics(NamedTuple):
 
     @property
     def moves_one_way(self) -> bool:
-        """Whether a lag of S2 looks the same as a bias of S1, so that neither can be told."""
+        """Whether a lag of S2 looks the same as a bias of S1, so that neither can be determined."""
         return self.one_way > ONE_WAY
 
     @property

@@ -259,7 +259,7 @@ def very_large(values: Mapping[str, float]) -> Mapping[str, float]:
 
 
 def bias_wander(sensors: Characteristics) -> float:
-    """Return how far S1's bias scatters, no less than can be told beside S2's noise."""
+    """Return how far S1's bias scatters, no less than can be distinguished from S2's noise."""
     return max(sensors.wander, sensors.s2_noise)
 
 
