@@ -150,7 +150,7 @@ class Timeline:
         )
 
     def _go_on(self, guard: Guard) -> None:
-        """Note that the timeline continues, so that the samples held of a sensor were not part of it."""
+        """Note that the timeline continues, so that the held samples were not part of it."""
         self._calm += 1
         if self._give_up(guard) and guard.left_ns is not None:
             self._interleave()
