@@ -121,11 +121,23 @@ def test_the_action_fails_where_a_filter_has_become_worse(tmp_path: Path) -> Non
     assert run_action(tmp_path, **given, tolerance="20").returncode == 0
 
 
+def test_the_containers_build_with_what_is_there() -> None:
+    container = json.loads((ROOT / ".devcontainer" / "devcontainer.json").read_text())
+    dockerfile = (ROOT / "Dockerfile").read_text()
+    assert "\nFROM ros:jazzy\n" in dockerfile
+    assert container["image"] == "ros:jazzy"
+    assert "src/fuzzy_fusion_ros/install.sh" in dockerfile
+    assert container["postCreateCommand"].endswith(" && make venv")
+
+
+SOURCES = (".py", ".sh", ".yaml", ".yml", ".xml", ".html", ".urdf", ".rviz", ".cfg", ".cmake")
+WITH_SOURCES = ("fuzzy_fusion_ros", "test", "docs", "examples", "launch", "config", ".github")
+
+
 def test_every_source_file_names_its_licence() -> None:
-    named = "# SPDX-License-Identifier: Apache-2.0"
-    folders = ("fuzzy_fusion_ros", "test", "docs", "examples", "bags", "launch", "config")
-    sources = [path for folder in folders for path in (ROOT / folder).rglob("*.py")]
-    names = ("Makefile", "Dockerfile", "action.yml", "install.sh", "setup.cfg", "setup.py")
-    sources += [*(ROOT / ".ci").iterdir(), *(ROOT / name for name in names)]
-    without = [path for path in sources if named not in path.read_text().splitlines()[:2]]
-    assert without == [], f"their first line, or the one after #!, is to be: {named}"
+    named = "SPDX-License-Identifier: Apache-2.0"
+    below = [path for folder in WITH_SOURCES for path in (ROOT / folder).rglob("*")]
+    sources = [path for path in [*ROOT.glob("*"), *below] if path.suffix in SOURCES]
+    sources += [*(ROOT / ".ci").iterdir(), ROOT / "Makefile", ROOT / "Dockerfile"]
+    heads = {path: path.read_text().splitlines()[:2] for path in sources}
+    assert [path for path, head in heads.items() if named not in "".join(head)] == []

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The message packages that come as wheels name the include directories of the machine that built
 # them, below /opt/python, and CMake refuses targets with directories that do not exist. This takes
 # them out again once all packages are found; Python's own come from find_package(Python3).

@@ -10,6 +10,7 @@ from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 PATH = Path(__file__).parents[2] / "config" / "fusion_node.yaml"
 COMMENTS = (
+    "SPDX-License-Identifier: Apache-2.0",
     "All parameters of fusion_node, at their defaults.",
     "fuzzy-fusion fusion_node --params config/fusion_node.yaml",
 )
