@@ -1,25 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-# Every target sets up $(VENV) first, where that is due: see .ci/setup.
+# Every target sets up $(VENV) first if necessary: see .ci/setup.
 PYTHON ?= python3
 VENV ?= .venv
 # The distribution of ROS 2 where none is sourced: jazzy or kilted.
 DISTRO ?= jazzy
 # Options for the executable behind a target: make demo ARGS="--seed 7"
 ARGS ?=
-# Tests at a time. One more than there are processors, as tests of nodes mostly wait.
+# Tests in parallel: one more than there are processors, as tests of nodes mostly wait.
 WORKERS ?= $(shell n=$$(nproc); echo $$((n < 8 ? n + 1 : 8)))
 
 RUN := .ci/with_venv $(VENV)
 PYTEST := pytest -n $(WORKERS) --dist loadgroup
 
-# What is below test/ and no test itself: conftest, references, makers.
+# Files below test/ that are not tests: conftest, references, makers.
 SHARED_BY_TESTS = $(shell find test -name '*.py' -not -name 'test_*')
 
 # Tests whose work is done elsewhere: in other processes, copies or benchmarks.
 UNTRACED = faults test_bench_smoke.py test_examples.py test_package.py nodes/test_interface_package.py
 
 .DEFAULT_GOAL := help
-# The parts of `test` have an order, and two of them at a time would disturb each other's timing.
+# The parts of `test` run in order; two at a time would disturb each other's timing.
 .NOTPARALLEL:
 
 .PHONY: help
@@ -28,19 +28,19 @@ help: ## list the targets
 	@echo 'PYTHON=... picks the interpreter (3.10 or later), ARGS="..." goes to the executable.'
 
 .PHONY: venv
-venv: ## set up .venv: ROS 2, all that is needed here, and the package, editable
+venv: ## set up .venv: ROS 2, all dependencies, and the package, editable
 	@.ci/setup '$(PYTHON)' '$(VENV)' '$(DISTRO)'
 
 .PHONY: demo
-demo: venv ## close the loop over DDS, record, replay, score, plot
+demo: venv ## score a real drive; balance a pendulum over DDS, replay and score it
 	@$(RUN) fuzzy-fusion demo $(ARGS)
 
 .PHONY: reproduce
-reproduce: venv ## the paper's figures, and its claims as a table
+reproduce: venv ## reproduce the paper's figures, and its claims as a table
 	@$(RUN) fuzzy-fusion reproduce $(ARGS)
 
 .PHONY: docs
-docs: venv ## fill tables and pictures of README and docs with what the commands print
+docs: venv ## regenerate the tables and pictures of README and docs
 	@$(RUN) python docs/make_readme.py
 	@$(RUN) python docs/make_api.py
 	@$(RUN) python docs/make_parameters.py
@@ -58,27 +58,27 @@ bench: venv ## time the estimator, nodes, replay and programs beside what they c
 	@PYTHONPATH="test$${PYTHONPATH:+:$$PYTHONPATH}" $(RUN) python -m bench $(ARGS)
 
 .PHONY: soak
-soak: venv ## faults in full: spoilt bags, kills, cut links, floods, long runs (hours; ARGS="kills --scale 0.1")
+soak: venv ## fault tests in full: damaged bags, kills, cut links, floods, long runs (hours; ARGS="kills --scale 0.1")
 	@$(RUN) python test/soak.py $(ARGS)
 
 .PHONY: test
-test: check-format check-lint check-types check-tests ## every kind of check once, in parallel: before each commit
+test: check-format check-lint check-types check-tests ## run every kind of check once, in parallel: before each commit
 	@echo 'make test: format, lint, types and tests have passed'
 
 .PHONY: test-slow
-test-slow: check-slow check-coverage ## the rest: more cases, what takes long, and coverage
+test-slow: check-slow check-coverage ## the remaining tests: more cases, slow tests, and coverage
 	@echo 'make test-slow: slow tests and coverage have passed'
 
 .PHONY: check-format
-check-format: venv ## is all code formatted?
+check-format: venv ## check the format of the code
 	$(RUN) python -m ruff format --check --quiet --diff .
 
 .PHONY: check-lint
-check-lint: venv ## does ruff find anything?
+check-lint: venv ## check the code with ruff
 	$(RUN) python -m ruff check --quiet .
 
 .PHONY: check-types
-check-types: venv ## does mypy, strict, find anything in the package and in what tests share?
+check-types: venv ## check types with mypy, strict
 	$(RUN) python -m mypy --strict fuzzy_fusion_ros examples $(SHARED_BY_TESTS)
 
 .PHONY: check-tests
@@ -86,16 +86,16 @@ check-tests: venv ## run the tests that are not marked slow
 	$(RUN) python -m $(PYTEST) -m 'not slow'
 
 .PHONY: browser
-browser: ## make a browser available to the tests of reports, where apt and root are
+browser: ## install a browser for the tests of reports (needs apt and root)
 	@.ci/browser
 
 .PHONY: check-slow
 check-slow: venv browser ## run the tests that are marked slow
 	$(RUN) python -m $(PYTEST) -m slow
 
-# Tracing makes tests 2.7 times slower: these are enough to reach all that can be reached.
+# Tracing makes tests 2.7 times slower: these tests are enough to reach all code.
 .PHONY: check-coverage
-check-coverage: venv ## is core/ covered wholly, and the package to 90 %, by branches?
+check-coverage: venv ## check branch coverage: core/ 100 %, the package 90 %
 	$(RUN) python -m coverage erase
 	$(RUN) python -m coverage run -m $(PYTEST) -m 'not slow' $(UNTRACED:%=--ignore=test/%)
 	$(RUN) python -m coverage combine --quiet
@@ -103,11 +103,11 @@ check-coverage: venv ## is core/ covered wholly, and the package to 90 %, by bra
 	$(RUN) python -m coverage report --fail-under=100 --include='fuzzy_fusion_ros/core/*'
 
 .PHONY: mutants
-mutants: venv ## change the code at random places: which changes does no test notice? (ARGS="core --sample 50")
+mutants: venv ## mutation tests: change the code at random, report changes that no test notices (ARGS="core --sample 50")
 	@$(RUN) python test/mutate.py $(ARGS)
 
 .PHONY: format
-format: venv ## format the code, and mend what ruff can
+format: venv ## format the code, and fix what ruff can
 	$(RUN) python -m ruff check --fix --quiet .
 	$(RUN) python -m ruff format .
 

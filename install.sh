@@ -3,10 +3,10 @@
 # Usage, in a colcon workspace, with ROS 2 sourced: src/fuzzy_fusion_ros/install.sh [COLCON OPTIONS]
 # Installs what the package needs, and builds the workspace.
 #
-# The libraries for bags are on PyPI alone, and Ubuntu 24.04 lets pip install nothing into its own
-# Python. So they go into an environment beside src/, which sees the system's packages and which
-# colcon passes over, as https://docs.ros.org/en/jazzy/How-To-Guides/Using-Python-Packages.html
-# has it. Programs are built with its interpreter: nobody has to activate it.
+# The libraries for bags are only on PyPI, and Ubuntu 24.04 does not let pip install into its own
+# Python. They go into a virtual environment beside src/ that sees the system's packages and that
+# colcon ignores, as https://docs.ros.org/en/jazzy/How-To-Guides/Using-Python-Packages.html
+# recommends. Programs are built with its interpreter, so it need not be activated.
 set -euo pipefail
 
 package=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)

@@ -38,8 +38,8 @@ RUNTIME = [
     "zstandard",
 ]
 
-# ROS 2 for machines without it. Pinned: these are the versions of one sync of a distribution, built
-# against each other; the next ones on the index need not be.
+# ROS 2 for machines without it. Pinned: these versions are from one sync of a distribution, built
+# against each other; later ones on the index need not be.
 JAZZY = [
     "ros-jazzy-ament-index-python==1.8.1",
     "ros-jazzy-common-interfaces==5.3.6",
@@ -55,8 +55,8 @@ KILTED = [
     "ros-kilted-rosgraph-msgs==2.3.0",
 ]
 
-# What builds interface packages on such machines, of the same syncs; their wheels do not ask for
-# one another. Both are made with CMake 3, and this is the last of them.
+# What builds interface packages on such machines, from the same syncs; their wheels do not require
+# one another. Both need CMake 3, and this is its last release.
 JAZZY_GENERATORS = [
     "cmake==3.31.10",
     "ros-jazzy-ament-cmake==2.5.4",
@@ -91,13 +91,13 @@ TEST = [
     "colcon-bash==0.5.0",  # pinned with colcon-ros
     "colcon-ros==0.5.0",  # pinned: the build that the packaging tests were written against
     "coverage>=7.10",  # measures child processes without help
-    "distributed",  # the cluster of --scheduler
+    "distributed",  # the cluster for --scheduler
     "filterpy==2.0.0",  # pinned: an oracle for the Kalman filters, and what benchmarks run against
     "furo",  # the look of the site
     "hypothesis",
     MYPY,
     "myst-parser",  # the site is written in Markdown
-    "networkx",  # scikit-fuzzy imports it without saying so
+    "networkx",  # scikit-fuzzy imports it without declaring it
     "pytest-timeout",
     "pytest-xdist",
     "pytest>=8.2",
@@ -113,8 +113,8 @@ TEST = [
     "wheel",
 ]
 
-# What `ros2 run` finds. The program itself, with the interpreter of its environment in the first
-# line, is in bin/ of the same prefix.
+# What `ros2 run` finds. The program itself, with the interpreter of its environment in the shebang,
+# is in bin/ of the same prefix.
 LAUNCHER = """\
 #!/bin/sh
 exec "$(dirname "$(readlink -f "$0")")/../../bin/fuzzy-fusion" {executable} "$@"
@@ -196,7 +196,7 @@ setup(
     version="0.2.0",
     description=(
         "Fuses a fast, noisy sensor with a slow, accurate one by fuzzy rules: live on topics, "
-        "offline on bags, with the scores of the filters one would use instead."
+        "offline on bags, compared with the filters one would use instead."
     ),
     maintainer="fuzzy_fusion_ros developers",
     maintainer_email="maintainers@fuzzy-fusion-ros.invalid",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Starts a fusion_node; include it once per pair of sensors, each in a namespace of its own.
+"""Starts a fusion_node. Include it once per pair of sensors, each time in its own namespace.
 
 ros2 launch fuzzy_fusion_ros fusion.launch.py params_file:=$PWD/tuned.yaml s1:=/imu s2:=/gnss
 """
@@ -20,16 +20,20 @@ def generate_launch_description():
     return LaunchDescription(
         [
             DeclareLaunchArgument(
-                "params_file", default_value=defaults, description="ROS parameter YAML, as of tune"
+                "params_file",
+                default_value=defaults,
+                description="ROS parameter YAML, such as one written by tune",
             ),
-            DeclareLaunchArgument("namespace", default_value="", description="of the node"),
+            DeclareLaunchArgument(
+                "namespace", default_value="", description="namespace of the node"
+            ),
             DeclareLaunchArgument("s1", default_value="s1", description="topic of S1"),
             DeclareLaunchArgument("s2", default_value="s2", description="topic of S2"),
             DeclareLaunchArgument(
                 "estimate", default_value="estimate", description="topic of the estimate"
             ),
             DeclareLaunchArgument(
-                "use_sim_time", default_value="false", description="take the time from /clock"
+                "use_sim_time", default_value="false", description="use the time on /clock"
             ),
             Node(
                 package=PACKAGE,
