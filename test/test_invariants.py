@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What always holds (contract § 6): live, replayed and simulated runs are one, and finite."""
+"""What always holds: live, replayed and simulated runs are one, and finite."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The fuzzy aggregator (FA): weight and drift from ``|S1 - S2|`` and ``|dS2/dt|``, method § 2."""
+"""The fuzzy aggregator (FA): weight and drift from ``|S1 - S2|`` and ``|dS2/dt|``."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def observe_slow(
 ) -> SlowSensor:
     """Take a new S2 sample and move the rate.
 
-    Method § 1: ``rate_k = (T_r rate_{k-1} + S2_k - S2_{k-1}) / (T_r + dt)`` over the actual
+    ``rate_k = (T_r rate_{k-1} + S2_k - S2_{k-1}) / (T_r + dt)`` over the actual
     stamp difference. The first sample, also the first after a gap, shows no rate.
 
     Args:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Conditioning of S1 on its own: our extension, off by default (contract § 7).
+"""Conditioning of S1 on its own: our extension, off by default.
 
 Two steps, each switched off by a parameter of 0: spikes are left out, and the rest goes through
 a low-pass with a trend. What S1 is off by is learnt from S2 in :mod:`observer`.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The validity gate between prediction and aggregate, method § 4."""
+"""The validity gate between prediction and aggregate."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The fuzzy predictor (FP), eqs. (2)-(13): trained online by gradient descent, method § 3.
+"""The fuzzy predictor (FP), eqs. (2)-(13): trained online by gradient descent.
 
 Inputs and output are taken relative to the newest estimate, so the rules do not depend on where
 the signal is, and the first rules are straight lines through it: *falling*, *steady*, *rising*.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The methods that the benchmark compares: the paper's and two others (method § 6)."""
+"""The methods that the benchmark compares: the paper's and two others."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sweeps of Figs 18-23: every method at every point, over the same seeds (method § 6)."""
+"""The sweeps of Figs 18-23: every method at every point, over the same seeds."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ class Drifts(Group):
 
 @dataclass(frozen=True)
 class AggregatorParameters(Group):
-    """The fuzzy aggregator, method § 2."""
+    """The fuzzy aggregator."""
 
     difference: BreakPoints = group(BreakPoints(0.07, 0.6))
     rate: BreakPoints = group(BreakPoints(0.01, 1.75))
@@ -85,7 +85,7 @@ class AggregatorParameters(Group):
 
 @dataclass(frozen=True)
 class PredictorParameters(Group):
-    """The fuzzy predictor, method § 3."""
+    """The fuzzy predictor."""
 
     enabled: bool = switch(False, "run the fuzzy predictor")
     samples: int = integer(20, "number n of previous estimates kept", low=3, high=200)
@@ -99,7 +99,7 @@ class PredictorParameters(Group):
 
 @dataclass(frozen=True)
 class GateParameters(Group):
-    """The validity gate, method § 4."""
+    """The validity gate."""
 
     tolerance: float = real(
         0.04,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The benchmark: an inverted pendulum, balanced on an estimate of its angle (method § 6).
+"""The benchmark: an inverted pendulum, balanced on an estimate of its angle.
 
 Pure functions over named tuples, like ``core``; the source of randomness is an argument.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The closed loop: plant, sensors, an estimate, the controller (method § 6).
+"""The closed loop: plant, sensors, an estimate, the controller.
 
 ``sense`` and ``act`` are the two halves of a sample. The estimate is made between them: by a node,
 or by a method in :func:`simulate`.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The controller: proportional-derivative with a filtered derivative and a limit (method § 6)."""
+"""The controller: proportional-derivative with a filtered derivative and a limit."""
 
 from __future__ import annotations
 

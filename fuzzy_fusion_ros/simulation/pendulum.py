@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The plant: an inverted pendulum on a cart, cart position not fed back (method § 6)."""
+"""The plant: an inverted pendulum on a cart, cart position not fed back."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The numbers of the benchmark, pinned so that results compare across versions (method § 6)."""
+"""The numbers of the benchmark, pinned so that results compare across versions."""
 
 from __future__ import annotations
 

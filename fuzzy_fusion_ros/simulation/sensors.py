@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sensors: S1 wideband and inaccurate, S2 accurate and slow (method § 6)."""
+"""The sensors: S1 wideband and inaccurate, S2 accurate and slow."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ def parser() -> Parser:
     return made
 
 
-def test_defaults_are_the_contracts(parser: Parser) -> None:
+def test_defaults_are_as_documented(parser: Parser) -> None:
     given = parser.parse_args([])
     assert options.topics_of(given) == Topics(fields={})
     assert options.window_of(given) == {"start": None, "end": None}

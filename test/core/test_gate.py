@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The validity gate: Fig. 5, method § 4."""
+"""The validity gate: Fig. 5."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""S2 held, and its rate: method § 1."""
+"""S2 held, and its rate."""
 
 from __future__ import annotations
 

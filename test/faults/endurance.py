@@ -61,7 +61,7 @@ class Stepped(NamedTuple):
 
     Attributes:
         samples: Samples of S1.
-        estimates: Estimates, all finite and within contract § 6.4.
+        estimates: Estimates, all finite and within their bound.
         seconds: How long it took.
         growth: Memory after the first look, at most, MiB.
         late_growth: The same, in the second half, MiB.

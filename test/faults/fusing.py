@@ -32,7 +32,7 @@ class Ran(NamedTuple):
 
 
 class Watched:
-    """A fusion that is held to contract § 6.4 at each estimate.
+    """A fusion whose every estimate must be finite and within its bound.
 
     Attributes:
         fusion: The fusion.

@@ -206,7 +206,7 @@ def test_a_value_without_a_bound_neither_holds_nor_fails() -> None:
     assert "FAILS" not in table
 
 
-def test_the_document_is_json_of_the_contract() -> None:
+def test_the_document_is_the_json_that_users_rely_on() -> None:
     runs = outcomes()
     nan = where({"method": "complete"}, rejected_calm=float("nan"))
     document = json.loads(json.dumps(as_document(runs, claimed(nan), aimed()), allow_nan=False))

@@ -25,7 +25,7 @@ def brief_run(name: str) -> Run:
     return simulate(contender.method, scenario, np.random.default_rng(3))
 
 
-def test_they_are_those_of_the_contract_in_its_order() -> None:
+def test_they_are_those_of_the_document_in_its_order() -> None:
     assert tuple(BY_NAME) == METHODS
     first = ("ideal", "s1", "s2", "average", "no_drift", "aggregator", "complete")
     assert (*first, "complementary", "kalman") == METHODS

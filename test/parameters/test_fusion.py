@@ -25,7 +25,7 @@ NUMBERS = [(name, d) for name, d, _ in ALL if d.kind in (int, float)]
 SWITCHES = [name for name, d, _ in ALL if d.kind is bool]
 CHOICES = [(name, d) for name, d, _ in ALL if d.choices]
 
-# The names of contract § 4: configurations that users keep rely on them.
+# Names that users' configurations rely on.
 PINNED = """
     s1.type s1.field s1.timeout s2.type s2.field s2.timeout estimate.type estimate.field
     qos trigger rate
@@ -132,7 +132,7 @@ def test_weights_that_do_not_rise_as_their_names_say_are_named() -> None:
     assert "got 0.9, 0.3, 0.6, 0.8: " in Weights(0.9, 0.3, 0.6, 0.8).order_problem()
 
 
-def test_the_triggers_are_those_of_the_contract() -> None:
+def test_the_triggers_are_those_that_users_rely_on() -> None:
     assert dict(CHOICES)["trigger"].choices == ("s1", "pair", "timer")
     assert dict(CHOICES)["qos"].choices == ("sensor_data", "reliable")
 

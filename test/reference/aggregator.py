@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rate and fuzzy aggregator, method §§ 1 and 2, in exact fractions."""
+"""Rate and fuzzy aggregator, in exact fractions."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ PINNED = Setting(
     weight={"very_small": 0.0, "small": 0.05, "large": 0.3, "very_large": 0.7},
     drift={"small": 0.0, "large": 0.1},
 )
-"""The numbers of method § 6, with T_r = 0.03 s."""
+"""The numbers of the benchmark, with T_r = 0.03 s."""
 
 
 class Answer(NamedTuple):

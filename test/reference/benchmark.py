@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The benchmark, method § 6, with its numbers written out."""
+"""The benchmark, with its numbers written out."""
 
 from __future__ import annotations
 

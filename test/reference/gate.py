@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Validity gate, method § 4."""
+"""Validity gate."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fuzzy predictor, method § 3: inference and its gradients, in loops over plain numbers.
+"""Fuzzy predictor: inference and its gradients, in loops over plain numbers.
 
 A rule is a list of centres, a list of widths (one of each an input) and a consequent.
 """

@@ -77,7 +77,7 @@ def test_the_figures_are_those_of_the_samples(bag: Path) -> None:
     assert not score.recomputed
 
 
-def test_the_json_is_the_contracts(bag: Path) -> None:
+def test_the_json_is_as_documented(bag: Path) -> None:
     document = json.loads(json.dumps(scored(bag).as_json(), allow_nan=False))
     assert list(document) == ["matched", "of", "span_s", "unit", "best_baseline", "estimators"]
     assert document["unit"] is None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The benchmark's results, as an independent simulation gave them (method § 6)."""
+"""The benchmark's results, as an independent simulation gave them."""
 
 from __future__ import annotations
 
