@@ -84,7 +84,7 @@ KILTED_GENERATORS = [
     "ros-kilted-rosidl-default-generators==1.7.1",
 ]
 
-# Compiles the method ahead of time. Pinned: each release finds other things.
+# Compiles the method ahead of time. Pinned: each release reports different things.
 MYPY = "mypy==2.4.1"
 
 TEST = [
