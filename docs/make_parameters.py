@@ -20,6 +20,7 @@ def rows(kind: type[Group]) -> Iterator[str]:
     yield "|---|---|---|---|---|"
     for name, descriptor, default in descriptors(kind):
         shown = f"`{default}`".lower() if isinstance(default, bool) else f"`{default}`"
+        shown = "`[]`" if default == () else shown
         when = " (read at start-up)" if descriptor.fixed else ""
         yield (
             f"| `{name}` | {shown if default != '' else 'empty'} | {descriptor.unit} "

@@ -36,7 +36,7 @@ def add_params(parser: argparse.ArgumentParser) -> None:
 
 
 def add_topics(parser: argparse.ArgumentParser) -> None:
-    """Add ``--s1 --s2 --estimate --truth --field``."""
+    """Add ``--s1 --s2 --estimate --truth --field --channel``."""
     meanings = {"s1": "S1", "s2": "S2", "estimate": "the estimate", "truth": "the truth"}
     for role in ROLES:
         parser.add_argument(
@@ -53,6 +53,12 @@ def add_topics(parser: argparse.ArgumentParser) -> None:
         help="path of the number in the messages of a topic (its name, or s1, s2, estimate or "
         "truth), or of every topic whose type has it; can be repeated; for example "
         "/imu=linear_acceleration.x {the default of the type, such as point.x of PointStamped}",
+    )
+    parser.add_argument(
+        "--channel",
+        metavar="NAME",
+        default="",
+        help="the channel of --params that is meant, where its parameter channels lists some",
     )
 
 
@@ -139,7 +145,7 @@ def topics_of(arguments: argparse.Namespace) -> Topics:
                 f"{', '.join(names.values())}"
             )
         fields.update(dict.fromkeys(roles, path))
-    return Topics(**names, fields=fields)
+    return Topics(**names, fields=fields, channel=arguments.channel)
 
 
 def window_of(arguments: argparse.Namespace) -> Window:

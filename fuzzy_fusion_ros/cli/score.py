@@ -66,7 +66,7 @@ def _report(
     if given.plot:
         _plot(scores, given.plot)
     if given.report:
-        _write_reports(scores, given.report, given.params)
+        _write_reports(scores, given.report, given)
     documents = {each.name: each.as_json() for each in scores}
     if given.json:
         failed = {
@@ -100,13 +100,14 @@ def _plot(scores: Sequence[Score], path: str) -> None:
         plot_score(each, target)
 
 
-def _write_reports(scores: Sequence[Score], path: str, params: str | None) -> None:
+def _write_reports(scores: Sequence[Score], path: str, given: argparse.Namespace) -> None:
     from fuzzy_fusion_ros.jobs.outputs import one_for_each
     from fuzzy_fusion_ros.jobs.parameter_file import fusion_parameters, text_of
     from fuzzy_fusion_ros.reports.page import write_page
     from fuzzy_fusion_ros.reports.score import score_page
 
-    parameters, source = fusion_parameters(params), text_of(params)
+    parameters = fusion_parameters(given.params).channel(given.channel)
+    source = text_of(given.params)
     for each, target in zip(scores, one_for_each(path, [s.name for s in scores]), strict=True):
         write_page(score_page(each, parameters, source), target)
 

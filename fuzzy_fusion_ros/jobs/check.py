@@ -74,7 +74,7 @@ def check(
         FusionError: The bag or the parameters cannot be used.
     """
     wanted = topics or Topics()
-    base = fusion_parameters(parameters)
+    base = fusion_parameters(parameters).channel(wanted.channel)
     with open_bag(bag) as reader:
         checked, together = None, None
         if topics is not None or {wanted.s1, wanted.s2} <= reader.topics.keys():

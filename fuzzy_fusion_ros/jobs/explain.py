@@ -48,9 +48,10 @@ def explain(
     Raises:
         FusionError: The bag or the parameters cannot be used, or there is no estimate by then.
     """
-    used = fusion_parameters(parameters)
+    wanted = topics or Topics()
+    used = fusion_parameters(parameters).channel(wanted.channel)
     with open_bag(bag) as reader:
-        (log_ns, fused), own_unit = estimate_at(reader, topics or Topics(), used, at)
+        (log_ns, fused), own_unit = estimate_at(reader, wanted, used, at)
         at_s = seconds_between(reader.start_ns or log_ns, log_ns)
     text = explanation(used, fused, own_unit if unit is None else unit)
     return Explained(at_s, fused.estimate.value, text)

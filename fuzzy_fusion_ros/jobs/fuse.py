@@ -68,7 +68,7 @@ def fuse(
     Raises:
         FusionError: Shapes do not match, times do not increase, or the parameters cannot be used.
     """
-    given = fusion_parameters(parameters)
+    given = fusion_parameters(parameters).channel("")
     fast, slow = _sensor("S1", s1_time_s, s1), _sensor("S2", s2_time_s, s2)
     time_s = np.concatenate([slow.time_s, fast.time_s])
     order = np.argsort(time_s, kind="stable")

@@ -6,7 +6,7 @@ Nodes read the former, ``score`` reads both.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from fuzzy_fusion_ros.baselines import BaselineParameters
@@ -38,8 +38,12 @@ def fusion_parameters(source: Source) -> Parameters:
     return Parameters() if source is None else parameters_from(source)
 
 
-def baseline_parameters(source: Source) -> BaselineParameters | None:
+def baseline_parameters(source: Source, channel: str = "") -> BaselineParameters | None:
     """Return the parameters of the baselines in a file, ``None`` if it lacks any of them.
+
+    Args:
+        source: The file.
+        channel: The channel whose baselines are meant; ``""`` where there are no names.
 
     Raises:
         ParameterError: A value is out of range.
@@ -47,7 +51,7 @@ def baseline_parameters(source: Source) -> BaselineParameters | None:
     if source is None or isinstance(source, Parameters):
         return None
     try:
-        values = load(source, BASELINES)
+        values = load(source, _entry(channel))
     except ParameterFileError:
         return None
     known = flatten(BaselineParameters())
@@ -56,16 +60,24 @@ def baseline_parameters(source: Source) -> BaselineParameters | None:
 
 
 def text(
-    parameters: Parameters, baselines: BaselineParameters, comments: Iterable[str] = ()
+    parameters: Parameters,
+    baselines: Mapping[str, BaselineParameters],
+    comments: Iterable[str] = (),
 ) -> str:
     """Return the text of a file that holds both, each as an entry of its own.
 
     Args:
         parameters: Of the fusion.
-        baselines: Of the baselines.
+        baselines: Of the baselines, by channel.
         comments: Lines to put at the top.
     """
-    return dumps(parameters, comments) + dumps(baselines, node_name=BASELINES)
+    others = [dumps(each, node_name=_entry(name)) for name, each in baselines.items()]
+    return "".join([dumps(parameters, comments), *others])
+
+
+def _entry(channel: str) -> str:
+    """Return the name of the entry with the baselines of a channel."""
+    return f"{BASELINES}_{channel}" if channel else BASELINES
 
 
 def text_of(source: Source) -> str:

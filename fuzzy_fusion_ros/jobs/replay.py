@@ -52,7 +52,8 @@ def replay(
     Raises:
         FusionError: The bag, the parameters or the output cannot be used.
     """
-    base, wanted = fusion_parameters(parameters), topics or Topics()
+    wanted = topics or Topics()
+    base = fusion_parameters(parameters).only(wanted.channel)
     with open_bag(bag) as reader:
         replayed = offline.replay(
             reader,
@@ -64,7 +65,11 @@ def replay(
             lambda messages: progress.over(messages, "replay", reader.message_count, " messages"),
             explained=explanation,
         )
-        found = warnings_of(reader, wanted, base, start, end)
+        found = [
+            f"{name}: {each}" if name else each
+            for name, own in base.by_channel().items()
+            for each in warnings_of(reader, wanted, own, start, end)
+        ]
     return replayed._replace(notes=(*replayed.notes, *found))
 
 

@@ -64,7 +64,7 @@ def reproduce(
     stems = {figure: sheet.with_name(f"fig{figure:02d}") for figure in figures}
     files = [stem.with_suffix(suffix) for stem in stems.values() for suffix in (".csv", ".png")]
     require_writable(sheet, *files, inputs=[parameters])
-    methods = contenders(fusion_parameters(parameters))
+    methods = contenders(fusion_parameters(parameters).channel(""))
     for contender in progress.over(methods, "compile"):
         warm_up(contender)
     swept = dict.fromkeys(SWEPT[figure].swept for figure in figures if figure in SWEPT)

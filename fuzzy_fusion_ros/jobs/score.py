@@ -49,7 +49,8 @@ def score(
     Raises:
         FusionError: The bag or the parameters cannot be used, or no estimate has a truth.
     """
-    baselines: BaselineParameters | Fit | None = baseline_parameters(parameters)
+    wanted = topics or Topics()
+    baselines: BaselineParameters | Fit | None = baseline_parameters(parameters, wanted.channel)
     notes: tuple[str, ...] = ()
     if baselines is None and fit_baselines:
         if can_compile():
@@ -58,8 +59,8 @@ def score(
             notes = (NOT_FITTED,)
     scored = score_bag(
         bag,
-        topics or Topics(),
-        fusion_parameters(parameters),
+        wanted,
+        fusion_parameters(parameters).channel(wanted.channel),
         baselines,
         start,
         end,

@@ -17,7 +17,7 @@ from fuzzy_fusion_ros.batch.series import held_s2
 from fuzzy_fusion_ros.jobs import parameter_file
 from fuzzy_fusion_ros.jobs.fleet import Failure, outcomes
 from fuzzy_fusion_ros.jobs.outputs import require_writable
-from fuzzy_fusion_ros.jobs.parameter_file import Source, fusion_parameters
+from fuzzy_fusion_ros.jobs.parameter_file import Source, baseline_parameters, fusion_parameters
 from fuzzy_fusion_ros.jobs.progress import SILENT, Progress
 from fuzzy_fusion_ros.offline.check import warnings_of
 from fuzzy_fusion_ros.offline.recording import Recording, read_recording
@@ -44,12 +44,16 @@ class TuneResult(NamedTuple):
         recordings: What was read from each bag.
         unit: Unit of the signal, ``""`` where it is not known.
         origin: Bags, span and seed, in words.
+        source: The parameters before, with those of channels that were not tuned.
+        channel: The channel that was tuned, ``""`` where there are no names.
     """
 
     tuned: Tuned
     recordings: tuple[Recording, ...]
     unit: str
     origin: str
+    source: Source
+    channel: str
 
     @property
     def parameters(self) -> Parameters:
@@ -65,7 +69,16 @@ class TuneResult(NamedTuple):
         """Return the parameters as the text of a file for ``fusion_node`` and ``score``."""
         names = [Path(each.name).name for each in self.recordings]
         lines = comments(self.tuned, self.unit, self.origin, names)
-        return parameter_file.text(self.parameters, self.baselines, lines)
+        before = fusion_parameters(self.source)
+        baselines = {
+            name: self.baselines if name == self.channel else baseline_parameters(self.source, name)
+            for name in before.by_channel()
+        }
+        return parameter_file.text(
+            before.with_channel(self.channel, self.parameters),
+            {name: each for name, each in baselines.items() if each is not None},
+            lines,
+        )
 
     def write(self, path: str | Path) -> None:
         """Write the parameters as a file for ``fusion_node`` and ``score``.
@@ -150,6 +163,8 @@ def tune(
         recordings,
         recordings[0].unit if unit is None else unit,
         _origin(bags, start, end, seed, tuned.with_truth),
+        parameters,
+        (topics or Topics()).channel,
     )
     if output is not None:
         result.write(output)
@@ -169,7 +184,7 @@ def _read(
         wanted = topics.found_in(reader)
         if use_truth and topics.truth != Topics().truth:
             reader.require_topics(wanted.truth)
-        base = _with_types(reader, wanted, parameters)
+        base = _with_types(reader, wanted, parameters.channel(wanted.channel))
         recording = read_recording(
             reader,
             wanted,

@@ -197,25 +197,51 @@ class Template:
             MessageError: The number or the stamp does not fit, or the field is a function that
                 cannot be inverted.
         """
-        if self._write is None:
-            raise MessageError(f"field {self._field.text!r} cannot be inverted")
-        filled = bytearray(self._data)
-        try:
-            numbers = self._write(self._before, value)
-            for path, (form, at), number in zip(
-                self._field.paths, self._places, numbers, strict=True
-            ):
-                struct.pack_into(form, filled, at, _fitting(path, number))
-        except (OverflowError, ValueError):
-            raise _unfit(self._field, value) from None
+        filled = self.stamped(stamp_ns)
+        self.fill(filled, value)
+        return bytes(filled)
+
+    def stamped(self, stamp_ns: int) -> bytearray:
+        """Return the message with another stamp, if it has one, to be filled.
+
+        Args:
+            stamp_ns: The stamp, ns since the epoch of the message's clock.
+
+        Raises:
+            MessageError: The stamp does not fit.
+        """
+        stamped = bytearray(self._data)
         if self._stamp_at is not None:
             try:
-                self._view.stamp.pack_into(filled, self._stamp_at, *divmod(stamp_ns, SECOND_NS))
+                self._view.stamp.pack_into(stamped, self._stamp_at, *divmod(stamp_ns, SECOND_NS))
             except struct.error:
                 raise MessageError(
                     f"stamp {stamp_ns} ns does not fit into 32-bit seconds"
                 ) from None
-        return bytes(filled)
+        return stamped
+
+    def fill(self, message: bytearray, value: float) -> None:
+        """Replace the number in a copy of the message, in which other numbers may differ.
+
+        Args:
+            message: The copy.
+            value: The scalar; a field of an integer type takes the nearest number.
+
+        Raises:
+            MessageError: The number does not fit, or the field is a function that cannot be
+                inverted.
+        """
+        if self._write is None:
+            raise MessageError(f"field {self._field.text!r} cannot be inverted")
+        try:
+            before = self._before if len(self._places) == 1 else self._view.numbers(bytes(message))
+            numbers = self._write(before, value)
+            for path, (form, at), number in zip(
+                self._field.paths, self._places, numbers, strict=True
+            ):
+                struct.pack_into(form, message, at, _fitting(path, number))
+        except (OverflowError, ValueError):
+            raise _unfit(self._field, value) from None
 
 
 class _View(NamedTuple):

@@ -3,17 +3,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
+from itertools import combinations
+from typing import NamedTuple
 
 from fuzzy_fusion_ros.core.aggregator import FiringStrengths
 from fuzzy_fusion_ros.core.estimator import Estimate
 from fuzzy_fusion_ros.messages.cdr import CdrWriter
 from fuzzy_fusion_ros.messages.codec import ScalarCodec, Template
 from fuzzy_fusion_ros.messages.defaults import default_message
+from fuzzy_fusion_ros.messages.field_path import call_in
+from fuzzy_fusion_ros.messages.functions import Angles
 from fuzzy_fusion_ros.messages.type_fields import TypeDescriptions
 from fuzzy_fusion_ros.messages.type_names import normalise_type_name
 from fuzzy_fusion_ros.messages.variances import Elements, variance_of
-from fuzzy_fusion_ros.online.verdict import Fused
+from fuzzy_fusion_ros.online.verdict import Fused, Together
 from fuzzy_fusion_ros.parameters.errors import MessageError
 from fuzzy_fusion_ros.parameters.fusion import EstimateParameters
 
@@ -32,6 +37,9 @@ EXPLANATION = {
     STRENGTHS: JOINTS,
 }
 """The topics below the node's own name, and their types."""
+
+ANGLES = set(Angles._fields)
+"""Functions that replace one angle of an orientation and keep the others."""
 
 SENTENCE = "explanation"
 """The topic that says the same in words; ``explain`` says it of any bag, so none holds it."""
@@ -93,67 +101,170 @@ def text_message(text: str) -> bytes:
     return CdrWriter().text(text).done()
 
 
+class EstimateSource(NamedTuple):
+    """What the estimates of a channel are made from.
+
+    Attributes:
+        parameters: Type and field where they are not S2's.
+        s2: Reads S2.
+    """
+
+    parameters: EstimateParameters
+    s2: ScalarCodec
+
+
 class EstimateMessages:
-    """Makes messages of estimates: S2's latest with another number and stamp, or a type of its own.
+    """Makes messages of estimates: S2's latest with other numbers and stamp, or a type of its own.
 
     Never with S2's variance: ours where a field for it is named and it is known, else *unknown*.
 
     Attributes:
-        codec: Tells their type, and where the estimate is in them.
+        type_name: Their type.
+        codecs: Where the estimate of each channel is in them.
     """
 
-    def __init__(
-        self, types: TypeDescriptions, parameters: EstimateParameters, s2: ScalarCodec
-    ) -> None:
-        """Settle type and field.
+    def __init__(self, types: TypeDescriptions, sources: Mapping[str, EstimateSource]) -> None:
+        """Settle type and fields.
 
         Args:
             types: Who describes message types.
-            parameters: Type and field where they are not S2's.
-            s2: Reads S2.
+            sources: What the estimates are made from, by channel; one without a name is alone.
 
         Raises:
-            MessageError: The type is unknown or has no such fields, or the field is a function
-                that cannot be inverted.
+            MessageError: The type is unknown or has no such fields, a field is a function that
+                cannot be inverted, or two channels do not fit into one message.
         """
-        own = normalise_type_name(parameters.type) if parameters.type else s2.type_name
-        self._copies_s2 = own == s2.type_name
-        is_s2s = self._copies_s2 and not parameters.field
-        self.codec = s2 if is_s2s else ScalarCodec(types, own, parameters.field)
-        if self.codec.function.write is None:
-            raise MessageError(
-                f"the estimate cannot be written into field {self.codec.field.text!r} of {own}, "
-                "which cannot be inverted: set estimate.type and estimate.field"
-            )
         self._types = types
-        self._s2 = s2
+        self._s2 = {name: each.s2 for name, each in sources.items()}
+        self.type_name = _common_type(sources)
+        self._copies_s2 = all(s2.type_name == self.type_name for s2 in self._s2.values())
+        self.codecs = {
+            name: self._codec(parameters, s2) for name, (parameters, s2) in sources.items()
+        }
+        named = {name: each.parameters.variance_field for name, each in sources.items()}
+        self._variances = {
+            name: Elements(types, self.type_name, [path]) for name, path in named.items() if path
+        }
+        _refuse_overlaps(self.type_name, self.codecs, named)
+        unknown: dict[str, float] = {}
+        for codec in self.codecs.values():
+            unknown |= variance_of(types, self.type_name, codec.field).unknown
+        self._unknown = tuple(unknown.values())
+        self._unsure = Elements(types, self.type_name, list(unknown))
         self._s2_message: bytes | None = None
-        variance = variance_of(types, own, self.codec.field)
-        self._unknown = tuple(variance.unknown.values())
-        self._unsure = Elements(types, own, list(variance.unknown))
-        named = parameters.variance_field
-        self._is_known = bool(named)
-        self._variance = Elements(types, own, [named] if named else [])
+        self._templates: dict[str, Template] = {}
 
-    def message(self, fused: Fused) -> bytes:
-        """Return the message of an estimate.
+    @property
+    def described(self) -> str:
+        """Fields and type in words."""
+        fields = ", ".join(
+            f"{name}: {codec.field.text}" if name else codec.field.text
+            for name, codec in self.codecs.items()
+        )
+        return f"{fields} of {self.type_name}"
+
+    def message(self, together: Together) -> bytes:
+        """Return the message of the estimates of one stamp.
+
+        The field of a channel without an estimate stays as S2's message has it.
 
         Raises:
-            MessageError: The number or the stamp does not fit into it.
+            MessageError: A number or the stamp does not fit into it, or a channel has no estimate
+                and S2's message no number in its place.
         """
-        if fused.s2_message is not self._s2_message:
-            blank = self._unsure.written(self._like(fused.s2_message), self._unknown)
-            self._template = self.codec.template(blank)
-            self._s2_message = fused.s2_message
-        data = self._template.filled(fused.estimate.value, fused.stamp_ns)
-        deviation = fused.estimate.standard_deviation / self.codec.scale
-        if self._is_known and deviation != 0.0:
-            return self._variance.written(data, [deviation * deviation])
+        stamp_ns, fused = together
+        s2_message = together.s2_message
+        if s2_message is not self._s2_message:
+            blank = self._unsure.written(self._like(s2_message), self._unknown)
+            self._templates = {name: each.template(blank) for name, each in self.codecs.items()}
+            self._s2_message = s2_message
+        if len(fused) < len(self.codecs):
+            self._require_rest(s2_message, fused)
+        templates = self._templates
+        message = next(iter(templates.values())).stamped(stamp_ns)
+        for name, each in fused.items():
+            templates[name].fill(message, each.estimate.value)
+        data = bytes(message)
+        for name, variance in self._variances.items():
+            if name in fused:
+                deviation = fused[name].standard_deviation / self.codecs[name].scale
+                if deviation != 0.0:
+                    data = variance.written(data, [deviation * deviation])
         return data
+
+    def _codec(self, parameters: EstimateParameters, s2: ScalarCodec) -> ScalarCodec:
+        is_s2s = s2.type_name == self.type_name and not parameters.field
+        codec = s2 if is_s2s else ScalarCodec(self._types, self.type_name, parameters.field)
+        if codec.function.write is None:
+            raise MessageError(
+                f"the estimate cannot be written into field {codec.field.text!r} of "
+                f"{self.type_name}, which cannot be inverted: set estimate.type and estimate.field"
+            )
+        return codec
 
     def _like(self, s2_message: bytes) -> bytes:
         """Return a message to fill: the one of S2, or a default one in its frame."""
         if self._copies_s2 and s2_message:
             return s2_message
-        frame = self._s2.frame(s2_message) if s2_message else ""
-        return default_message(self._types, self.codec.type_name, frame)
+        s2 = next(iter(self._s2.values()))
+        frame = s2.frame(s2_message) if s2_message else ""
+        return default_message(self._types, self.type_name, frame)
+
+    def _require_rest(self, s2_message: bytes, fused: Mapping[str, Fused]) -> None:
+        """Check that the message has a number already where no channel puts one."""
+        for name, codec in self.codecs.items():
+            if name in fused:
+                continue
+            if not self._copies_s2 or not s2_message:
+                raise MessageError(
+                    f"channel {name} has no estimate, and there is no message of S2 to copy its "
+                    "field from"
+                )
+            value = codec.sample(s2_message, 0).value
+            if not math.isfinite(value):
+                raise MessageError(f"channel {name} has no estimate, and S2 has {value!r} there")
+
+
+def _common_type(sources: Mapping[str, EstimateSource]) -> str:
+    """Return the type of the message of all channels.
+
+    Raises:
+        MessageError: They differ.
+    """
+    types = {
+        name: normalise_type_name(parameters.type) if parameters.type else s2.type_name
+        for name, (parameters, s2) in sources.items()
+    }
+    (first, type_name), *others = types.items()
+    for name, other in others:
+        if other != type_name:
+            raise MessageError(
+                f"channels share one message, but that of {first} is {type_name} and that of "
+                f"{name} {other}: give them one s2.type, or set estimate.type"
+            )
+    return type_name
+
+
+def _refuse_overlaps(
+    type_name: str, codecs: Mapping[str, ScalarCodec], variances: Mapping[str, str]
+) -> None:
+    """Refuse channels that write the same numbers.
+
+    Raises:
+        MessageError: Two do; angles of one orientation are apart, though they share its numbers.
+    """
+    for (one, first), (other, second) in combinations(codecs.items(), 2):
+        numbers = {path.text for path in first.field.paths}
+        shared = numbers & {path.text for path in second.field.paths}
+        calls = call_in(first.field.text), call_in(second.field.text)
+        angles = {call.name for call in calls if call is not None} & ANGLES
+        if shared and len(angles) < 2:
+            raise MessageError(
+                f"channels {one} and {other} both write {second.field.text} of {type_name}: "
+                "give each a field of its own"
+            )
+        if variances[one] and variances[one] == variances[other]:
+            raise MessageError(
+                f"channels {one} and {other} both write their variance into {variances[one]} of "
+                f"{type_name}: give each an estimate.variance_field of its own"
+            )

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
 from fuzzy_fusion_ros.nodes.estimates import EstimateOutput
@@ -29,6 +31,7 @@ class FusionReport:
         self._log = log
         self._rate = Rate()
         self._unwritable = 0
+        self._absent = 0, 0
         self._warned = False
 
     def start(self) -> None:
@@ -59,6 +62,7 @@ class FusionReport:
         work: list[float],
         node_time: NodeTime,
         held: list[str],
+        absent: tuple[int, int],
     ) -> Report:
         """Report the mode and the node's numbers.
 
@@ -69,6 +73,8 @@ class FusionReport:
             work: How long each message took since the last report, seconds.
             node_time: The clocks of the node.
             held: Parameters that wait for others, with their values.
+            absent: Estimates of other channels that were published without this one, and those
+                that were not published since this one was missing.
         """
         if stale:
             self._change(Mode.STALE)
@@ -81,6 +87,7 @@ class FusionReport:
         if held:
             text = f"not in use until their partners are set as well: {', '.join(held)}"
             summaries.append(Summary(Level.WARN, text))
+        summaries += self._absence(absent)
         summaries += self._clocks(fusion.clock_problem(), node_time)
         median, longest = median_and_maximum(work)
         return Report(
@@ -96,6 +103,17 @@ class FusionReport:
                 "processing time, maximum (ms)": longest * 1e3,
             },
         )
+
+    def _absence(self, absent: tuple[int, int]) -> Iterator[Summary]:
+        """Warn if other channels have gone on without this one since the last report."""
+        new = [now - before for now, before in zip(absent, self._absent, strict=True)]
+        self._absent = absent
+        if new[0]:
+            text = f"{new[0]} estimates published without this channel, its field as in s2"
+            yield Summary(Level.WARN, text)
+        if new[1]:
+            text = f"{new[1]} estimates not published since this channel has none of their stamp"
+            yield Summary(Level.WARN, text)
 
     def _clocks(self, problem: str, node_time: NodeTime) -> list[Summary]:
         """Warn of clocks that stand or are apart, in the log once until they are in order."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from rclpy.impl.rcutils_logger import RcutilsLogger
+
 from fuzzy_fusion_ros.nodes import silent_topic
 from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
 from fuzzy_fusion_ros.online.guard import Drop
@@ -28,17 +30,21 @@ class SensorReport:
     lost since the last report.
     """
 
-    def __init__(self, part: str, source: SensorInput, node: ConfiguredNode[Any]) -> None:
+    def __init__(
+        self, part: str, source: SensorInput, node: ConfiguredNode[Any], log: RcutilsLogger
+    ) -> None:
         """Report on a sensor.
 
         Args:
             part: Its name in the status.
             source: Where its messages come in.
             node: The node that it belongs to.
+            log: Where trouble is logged.
         """
         self._part = part
         self._source = source
         self._node = node
+        self._logger = log
         self._rate = Rate()
         self._counts: dict[str, int] = {}
         self._logged: set[str] = set()
@@ -104,4 +110,4 @@ class SensorReport:
     def _log(self, kind: str, text: str) -> None:
         if kind not in self._logged:
             self._logged.add(kind)
-            self._node.log.warning(f"{self._source.subscription.topic}: {text}")
+            self._logger.warning(f"{self._source.subscription.topic}: {text}")

@@ -11,6 +11,7 @@ from fuzzy_fusion_ros.messages.outputs import POINT, point_template
 from fuzzy_fusion_ros.nodes.parameters import SubscriberParameters
 from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
 from fuzzy_fusion_ros.nodes.sensor_report import SensorReport
+from fuzzy_fusion_ros.nodes.source import Received, Sources
 from fuzzy_fusion_ros.online.guard import Guard
 from fuzzy_fusion_ros.online.timeline import Timeline
 from fuzzy_fusion_ros.ros.clock import NodeTime
@@ -35,18 +36,16 @@ class SensorSubscriber(ConfiguredNode[SubscriberParameters]):
         node_time = NodeTime(self)
         self._guard = Guard()
         self._timeline = Timeline(self._guard)
+        sources = Sources(self, node_time)
         self._input = SensorInput(
-            self, node_time, "input", self.parameters.input, self._guard, self._on_message
+            sources, node_time, "input", self.parameters.input, self._guard, self._on_sample
         )
         self._output = RecordingPublisher(self, "output", POINT, self.recorder)
         self._point = functools.lru_cache(functools.partial(point_template, InstalledTypes()))
-        self._report = SensorReport("input", self._input, self)
+        self._report = SensorReport("input", self._input, self, self.log)
         self._diagnostics = Diagnostics(self, node_time, self._reports)
 
-    def _on_message(self, data: bytes) -> None:
-        received = self._input.receive(data)
-        if received is None:
-            return
+    def _on_sample(self, received: Received) -> None:
         admission = self._timeline.receive(
             self._guard, received.sample, received.now_ns, self.parameters.future_tolerance
         )

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from fuzzy_fusion_ros.bag.reader import BagReader
@@ -14,8 +14,9 @@ from fuzzy_fusion_ros.offline.recording import count_drops
 from fuzzy_fusion_ros.offline.topics import Topics, codecs_of, unstamped
 from fuzzy_fusion_ros.online.fusion import Fusion
 from fuzzy_fusion_ros.online.guard import Drop, Guard
+from fuzzy_fusion_ros.online.joint import Joint
 from fuzzy_fusion_ros.online.ticks import Ticks
-from fuzzy_fusion_ros.online.verdict import Fused, Verdict
+from fuzzy_fusion_ros.online.verdict import Fused, Together, Verdict
 from fuzzy_fusion_ros.parameters.errors import MessageError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 
@@ -27,10 +28,67 @@ class Logged(NamedTuple):
     fused: Fused
 
 
-class BagFusion:
-    """What a node would estimate, message by message.
+class BagChannels:
+    """What a node with all its channels would publish, message by message.
 
     Attributes:
+        channels: The channels by name; a single one has none.
+    """
+
+    def __init__(self, bag: BagReader, topics: Topics, parameters: Parameters) -> None:
+        """Settle the fields of S1 and S2.
+
+        Raises:
+            MessageError: A field is not in its type.
+            ParameterError: The units of S1 and S2 differ.
+        """
+        self.channels = {
+            name: BagFusion(bag, topics, own) for name, own in parameters.by_channel().items()
+        }
+        self._joint = Joint()
+        for name, each in self.channels.items():
+            self._joint.add(name, each.fusion)
+
+    def before(self, log_ns: int) -> Iterator[tuple[int, Together]]:
+        """Yield what ticks bring about by the time of the next message, with its log time."""
+        return self._joined({name: each.before(log_ns) for name, each in self.channels.items()})
+
+    def on_message(self, message: BagMessage) -> Iterator[tuple[int, Together]]:
+        """Yield what a message brings about, with its log time."""
+        return self._joined({n: each.on_message(message) for n, each in self.channels.items()})
+
+    def notes(self) -> list[str]:
+        """Return what was dropped and why, one line each; no message may follow."""
+        notes = [
+            f"{name}: {note}" if name else note
+            for name, each in self.channels.items()
+            for note in each.notes()
+        ]
+        notes += [
+            f"{name}: {count} estimates written without it, its field as in S2"
+            for name, count in self._joint.lacking.items()
+        ]
+        notes += [
+            f"{name}: {count} estimates not written since it has none of their stamp"
+            for name, count in self._joint.withheld.items()
+        ]
+        return notes
+
+    def _joined(self, found: Mapping[str, Iterator[Logged]]) -> Iterator[tuple[int, Together]]:
+        log_ns = 0
+        for name, estimates in found.items():
+            for logged in estimates:
+                self._joint.take(name, [logged.fused])
+                log_ns = logged.log_ns
+        for together in self._joint.due():
+            yield log_ns, together
+
+
+class BagFusion:
+    """What one channel of a node would estimate, message by message.
+
+    Attributes:
+        fusion: The fusion.
         s2_codec: Reads S2.
         unit: Unit of the signal, ``""`` where neither a parameter nor a type states it.
     """
@@ -46,19 +104,14 @@ class BagFusion:
         codecs = codecs_of(bag, topics, parameters, ("s1", "s2"))
         self._s1_codec, self.s2_codec = codecs["s1"], codecs["s2"]
         self.unit = signal_unit(self._s1_codec, self.s2_codec, parameters)
-        self._fusion = Fusion(parameters)
+        self.fusion = Fusion(parameters)
         self._ticks = Ticks(parameters)
-
-    @property
-    def restarts(self) -> int:
-        """How often timestamps jumped to a new timeline."""
-        return self._fusion.restarts
 
     def before(self, log_ns: int) -> Iterator[Logged]:
         """Yield what ticks of the timer bring about by the time of the next message."""
         due_ns = self._ticks.due(log_ns)
         if due_ns is not None:
-            yield from _logged(self._fusion.on_tick(), due_ns)
+            yield from _logged(self.fusion.on_tick(), due_ns)
 
     def on_message(self, message: BagMessage) -> Iterator[Logged]:
         """Yield what a message brings about; one topic may be both sensors."""
@@ -69,26 +122,26 @@ class BagFusion:
 
     def notes(self) -> list[str]:
         """Return what was dropped and why, one line each; no message may follow."""
-        self._fusion.finish()
+        self.fusion.finish()
         notes = unstamped(self._topics, {"s1": self._s1_codec, "s2": self.s2_codec})
-        notes += count_drops(self._topics.s1, self._fusion.s1)
-        notes += count_drops(self._topics.s2, self._fusion.s2)
-        notes += filter(None, [self._fusion.clock_problem()])
+        notes += count_drops(self._topics.s1, self.fusion.s1)
+        notes += count_drops(self._topics.s2, self.fusion.s2)
+        notes += filter(None, [self.fusion.clock_problem()])
         return notes
 
     def _on_s1(self, message: BagMessage) -> Verdict:
         try:
             sample = self._s1_codec.sample(message.data, message.log_ns)
         except MessageError as error:
-            return _unread(self._fusion.s1, error)
-        return self._fusion.on_s1(sample, message.log_ns)
+            return _unread(self.fusion.s1, error)
+        return self.fusion.on_s1(sample, message.log_ns)
 
     def _on_s2(self, message: BagMessage) -> Verdict:
         try:
             stamp_ns, value, _ = self.s2_codec.sample(message.data, message.log_ns)
         except MessageError as error:
-            return _unread(self._fusion.s2, error)
-        return self._fusion.on_s2(Sample(stamp_ns, value, message.data), message.log_ns)
+            return _unread(self.fusion.s2, error)
+        return self.fusion.on_s2(Sample(stamp_ns, value, message.data), message.log_ns)
 
 
 def _logged(verdict: Verdict, log_ns: int) -> Iterator[Logged]:

@@ -188,7 +188,7 @@ def read_explanation(
         start_s: Where to begin, seconds from the bag's first message.
         end_s: Where to end, before this.
     """
-    prefix = explanation_prefix(topics.found_in(bag).estimate)
+    prefix = explanation_prefix(topics.found_in(bag).estimate, topics.channel)
     fields = {name: (prefix + name, "") for name in ("weight", "drift", DEVIATION)}
     fields |= {rule: (prefix + STRENGTHS, f"name={rule}:position") for rule in RULES}
     readers = {

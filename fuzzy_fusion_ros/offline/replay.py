@@ -17,16 +17,16 @@ from fuzzy_fusion_ros.bag.topic import UNDESCRIBED, BagMessage, Topic
 from fuzzy_fusion_ros.bag.writer import BagWriter
 from fuzzy_fusion_ros.messages.outputs import (
     EXPLANATION,
-    SENTENCE,
     EstimateMessages,
+    EstimateSource,
     explain,
     point_template,
 )
-from fuzzy_fusion_ros.offline.bag_fusion import BagFusion, Logged
-from fuzzy_fusion_ros.offline.topics import Topics, explanation_prefix
+from fuzzy_fusion_ros.offline.bag_fusion import BagChannels
+from fuzzy_fusion_ros.offline.topics import Topics, explanation_prefix, explanation_topics
 from fuzzy_fusion_ros.offline.tracks import Progress
 from fuzzy_fusion_ros.online.mode_shares import ModeShares
-from fuzzy_fusion_ros.online.verdict import Fused
+from fuzzy_fusion_ros.online.verdict import Together
 from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 
@@ -87,8 +87,7 @@ def replay(
     if topics.estimate in {topics.s1, topics.s2}:
         raise BagError(f"topic {topics.estimate} cannot be both a sensor and the estimate")
     station = _Station(bag, topics, parameters, explained=explained)
-    prefix = explanation_prefix(topics.estimate)
-    written = {topics.estimate, *(prefix + name for name in (*EXPLANATION, SENTENCE))}
+    written = {topics.estimate, *explanation_topics(bag, topics.estimate)}
     copied = 0
     with BagWriter(output, bag.types) as writer:
         for topic in bag.topics.values():
@@ -160,15 +159,20 @@ class _Station:
     ) -> None:
         self._bag = bag
         self._topics = topics
-        self._fusion = BagFusion(bag, topics, parameters)
+        self._fusion = BagChannels(bag, topics, parameters)
         self._explained = explained
         self._point = point_template(bag.types)
-        self._estimates = EstimateMessages(bag.types, parameters.estimate, self._fusion.s2_codec)
-        self._prefix = explanation_prefix(topics.estimate)
-        self.outputs = {topics.estimate: self._estimates.codec.type_name}
-        if explained:
-            self.outputs |= {self._prefix + name: kind for name, kind in EXPLANATION.items()}
-        self._modes = ModeShares()
+        channels = self._fusion.channels
+        own = parameters.by_channel()
+        self._estimates = EstimateMessages(
+            bag.types,
+            {name: EstimateSource(own[name].estimate, channels[name].s2_codec) for name in own},
+        )
+        self._prefixes = {name: explanation_prefix(topics.estimate, name) for name in channels}
+        self.outputs = {topics.estimate: self._estimates.type_name}
+        for prefix in self._prefixes.values() if explained else ():
+            self.outputs |= {prefix + name: kind for name, kind in EXPLANATION.items()}
+        self._modes = {name: ModeShares() for name in channels}
         self._unwritable = 0
         self._obstacle = ""
         self.written = 0
@@ -186,8 +190,12 @@ class _Station:
         return Replayed(
             copied,
             self.written,
-            self._fusion.restarts,
-            self._modes.shares(),
+            max(each.fusion.restarts for each in self._fusion.channels.values()),
+            {
+                f"{name} {mode}" if name else mode: share
+                for name, modes in self._modes.items()
+                for mode, share in modes.shares().items()
+            },
             (*self._notes(), *self._bag.problems),
         )
 
@@ -200,27 +208,29 @@ class _Station:
         notes = self._fusion.notes()
         if self._unwritable:
             notes.append(
-                f"{self._unwritable} estimates do not fit into {self._estimates.codec.type_name}: "
+                f"{self._unwritable} estimates do not fit into {self._estimates.type_name}: "
                 f"{self._obstacle}"
             )
         return notes
 
-    def _publish(self, estimates: Iterable[Logged]) -> Iterator[BagMessage]:
-        for log_ns, fused in estimates:
-            self._modes.see(fused.estimate.mode, fused.stamp_ns)
+    def _publish(self, estimates: Iterable[tuple[int, Together]]) -> Iterator[BagMessage]:
+        for log_ns, together in estimates:
+            for channel, fused in together.fused.items():
+                self._modes[channel].see(fused.estimate.mode, fused.stamp_ns)
             try:
-                data = self._estimates.message(fused)
+                data = self._estimates.message(together)
             except MessageError as error:
                 self._unwritable += 1
-                self._obstacle = self._obstacle or self._say_obstacle(fused, error)
+                self._obstacle = self._obstacle or self._say_obstacle(together, error)
                 continue
             self.written += 1
             yield self._message(self._topics.estimate, log_ns, data)
-            for name, data in explain(self._point, fused) if self._explained else ():
-                yield self._message(self._prefix + name, log_ns, data)
+            for channel, fused in together.fused.items() if self._explained else ():
+                for name, data in explain(self._point, fused):
+                    yield self._message(self._prefixes[channel] + name, log_ns, data)
 
-    def _say_obstacle(self, fused: Fused, error: MessageError) -> str:
-        if fused.s2_message:
+    def _say_obstacle(self, together: Together, error: MessageError) -> str:
+        if together.s2_message:
             return str(error)
         return f"there is no message of {self._topics.s2} to copy the estimate into ({error})"
 

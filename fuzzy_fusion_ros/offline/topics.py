@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 from fuzzy_fusion_ros.messages import ScalarCodec
+from fuzzy_fusion_ros.messages.outputs import EXPLANATION, SENTENCE
 from fuzzy_fusion_ros.parameters.errors import MessageError
 from fuzzy_fusion_ros.parameters.fusion import Parameters, SensorParameters
 
@@ -27,6 +28,7 @@ class Topics(NamedTuple):
         estimate: Topic of the estimate.
         truth: Topic of the truth.
         fields: Paths of the numbers by role; ``""`` stands for every topic whose type has it.
+        channel: The channel of the parameters to use, ``""`` for the only one, or for all.
     """
 
     s1: str = "/s1"
@@ -34,20 +36,36 @@ class Topics(NamedTuple):
     estimate: str = "/estimate"
     truth: str = "/truth"
     fields: Mapping[str, str] = MappingProxyType({})
+    channel: str = ""
 
     def found_in(self, bag: BagReader) -> Topics:
         """Return the topics as a bag spells them, with or without the leading slash."""
         s1, s2, estimate, truth = map(bag.name_of, self.by_role().values())
-        return Topics(s1, s2, estimate, truth, self.fields)
+        return self._replace(s1=s1, s2=s2, estimate=estimate, truth=truth)
 
     def by_role(self) -> dict[str, str]:
         """Return the topic of each role."""
         return {role: getattr(self, role) for role in ROLES}
 
 
-def explanation_prefix(estimate: str) -> str:
-    """Return where the node's own topics are: beside its estimate, below its name."""
-    return f"{estimate.rpartition('/')[0]}/{NODE}/"
+def explanation_prefix(estimate: str, channel: str = "") -> str:
+    """Return where the node's own topics are: beside its estimate, below its name.
+
+    Args:
+        estimate: The topic of the estimate.
+        channel: The channel, ``""`` where it has no name.
+    """
+    own = f"{estimate.rpartition('/')[0]}/{NODE}/"
+    return f"{own}{channel}/" if channel else own
+
+
+def explanation_topics(bag: BagReader, estimate: str) -> list[str]:
+    """Return the topics of a bag that explain its estimates, those of all channels."""
+    own = explanation_prefix(estimate)
+    names = {*EXPLANATION, SENTENCE}
+    return [
+        each for each in bag.topics if each.startswith(own) and each.rpartition("/")[2] in names
+    ]
 
 
 def codecs_of(

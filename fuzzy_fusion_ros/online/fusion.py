@@ -19,6 +19,9 @@ from fuzzy_fusion_ros.online.verdict import Fused, Verdict
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.self_tuning import estimator_for, in_use
 
+NOTHING_YET = Sample(0, 0.0)
+"""In place of a sample of S2 before there is one."""
+
 
 class Fusion:
     """Turns samples of S1 and S2, in order of arrival, into estimates.
@@ -35,11 +38,17 @@ class Fusion:
     """
 
     def __init__(self, parameters: Parameters) -> None:
+        """Wait for samples.
+
+        Raises:
+            ParameterError: The parameters are those of several channels.
+        """
+        parameters = parameters.channel("")
         self._intake = Intake(parameters)
         self._estimator = estimator_for(parameters)
         self._state: Any = self._estimator.initial_state(parameters)
         self._estimated_ns = 0
-        self._s2_message = b""
+        self._s2 = NOTHING_YET
         self.restarts = 0
 
     @property
@@ -126,7 +135,7 @@ class Fusion:
 
     def _do(self, step: Step) -> tuple[Fused, ...]:
         if step.s2 is not None:
-            self._s2_message = step.s2.message
+            self._s2 = step.s2
             self._state = self._estimator.observe_s2(
                 self.parameters, self._state, step.s2.stamp_ns, step.s2.value
             )
@@ -150,7 +159,8 @@ class Fusion:
         if period > 0.0:
             turned = period * turns(estimate.value, 0.0, period)
             estimate = wrapped(estimate, turned)
-        return (Fused(stamp_ns, estimate, self._state, self._s2_message, turned),)
+        s2 = self._s2
+        return (Fused(stamp_ns, estimate, self._state, s2.message, turned, s2.stamp_ns),)
 
 
 def wrapped(estimate: Estimate, turned: float) -> Estimate:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -21,6 +22,7 @@ class Fused:
         state: The state of the estimator after it; not part of the comparison of two estimates.
         s2_message: The message of the newest S2 sample in it, empty if there is none.
         turned: What was subtracted from the estimate because the signal wraps; not from the state.
+        s2_ns: The stamp of the newest S2 sample, nanoseconds; 0 if there is none.
     """
 
     stamp_ns: int
@@ -28,6 +30,7 @@ class Fused:
     state: State = field(compare=False, repr=False)
     s2_message: bytes = b""
     turned: float = 0.0
+    s2_ns: int = 0
 
     @property
     def standard_deviation(self) -> float:
@@ -53,3 +56,20 @@ class Verdict(NamedTuple):
     restarted: bool = False
     steps: tuple[Step, ...] = ()
     estimates: tuple[Fused, ...] = ()
+
+
+class Together(NamedTuple):
+    """The estimates of one stamp.
+
+    Attributes:
+        stamp_ns: The stamp, nanoseconds.
+        fused: The estimates by channel; one that has none is left out.
+    """
+
+    stamp_ns: int
+    fused: Mapping[str, Fused]
+
+    @property
+    def s2_message(self) -> bytes:
+        """The newest of the messages of S2 that channels hold, empty if there is none."""
+        return max(self.fused.values(), key=lambda fused: fused.s2_ns).s2_message

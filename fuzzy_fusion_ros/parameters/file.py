@@ -23,9 +23,10 @@ from fuzzy_fusion_ros.parameters.group import (
     Descriptor,
     Group,
     Value,
-    descriptors,
+    described,
     flatten,
     replace,
+    shaped,
 )
 from fuzzy_fusion_ros.parameters.writing import writing
 from fuzzy_fusion_ros.parameters.yaml_text import LOADER, checked_yaml, read_yaml_text
@@ -93,10 +94,10 @@ def parameters_from(path: str | Path, node_name: str = "fusion_node") -> Paramet
     """
     values = load(path, node_name)
     own = {name: value for name, value in values.items() if not is_builtin(name)}
-    described = {name: each for name, each, _ in descriptors(Parameters)}
     try:
+        known = described(shaped(Parameters(), own))
         for name, value in own.items():
-            refuse(name, value, described)
+            refuse(name, value, known)
         return replace(Parameters(), own)
     except ParameterError as error:
         raise ParameterFileError(path, str(error)) from None
@@ -139,17 +140,26 @@ def is_builtin(name: str) -> bool:
     )
 
 
-def refuse(name: str, value: object, described: Mapping[str, Descriptor]) -> None:
+def refuse(name: str, value: object, known: Mapping[str, Descriptor]) -> None:
     """Raise if a parameter is unknown, or is a text that YAML has turned into true or false.
 
     Raises:
-        ParameterError: It is; the error names the nearest known one, or says to quote the text.
+        ParameterError: It is; the error names the nearest known one, or the channels that there
+            are, or says to quote the text.
     """
-    if name not in described:
-        close = difflib.get_close_matches(name, list(described), n=1, cutoff=0.6)
-        advice = f"did you mean {close[0]}?" if close else f"expected one of {', '.join(described)}"
+    if name not in known:
+        channel, _, below = name.partition(".")
+        if "channels" in known and below in known:
+            there = [each.removesuffix(f".{below}") for each in known if each.endswith(f".{below}")]
+            raise ParameterError(
+                name,
+                f"there is no channel {channel!r} in channels, which has: "
+                f"{', '.join(there) or 'none'}; add it there, or use one of these",
+            )
+        close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
+        advice = f"did you mean {close[0]}?" if close else f"expected one of {', '.join(known)}"
         raise ParameterError(name, f"unknown; {advice}")
-    if isinstance(value, bool) and described[name].kind is str:
+    if isinstance(value, bool) and known[name].kind is str:
         raise ParameterError(name, f"got {value!r}, expected text: quote words like 'y' and 'on'")
 
 
@@ -260,10 +270,13 @@ def _integer(text: str) -> int:
 
 
 def _entries(parameters: Group) -> Iterator[str]:
-    """Yield the lines of a group, nested as it is."""
+    """Yield the lines of a group, nested as it is; of variants only what differs from it."""
     values = flatten(parameters)
     above: list[str] = []
-    for name, descriptor, _ in descriptors(type(parameters)):
+    for name, descriptor in described(parameters).items():
+        shared_name = name.partition(".")[2]
+        if name.partition(".")[0] in parameters.variants() and values[name] == values[shared_name]:
+            continue
         *groups, last = name.split(".")
         shared = _shared(above, groups)
         for depth in range(shared, len(groups)):
@@ -286,6 +299,8 @@ def _written(value: Value) -> str:
         return str(value).lower()
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_written, value))}]"
     text = repr(value)
     mantissa, e, exponent = text.partition("e")
     return f"{mantissa}.0e{exponent}" if e and "." not in mantissa else text

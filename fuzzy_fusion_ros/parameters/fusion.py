@@ -7,10 +7,29 @@ Defaults of the aggregator, the predictor and the gate are fitted to the benchma
 
 from __future__ import annotations
 
+import dataclasses
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from fuzzy_fusion_ros.parameters.errors import CombinationError, ParameterError
-from fuzzy_fusion_ros.parameters.group import Group, group, integer, real, switch, text
+from fuzzy_fusion_ros.parameters.group import (
+    Group,
+    Value,
+    descriptors,
+    flatten,
+    group,
+    integer,
+    names,
+    real,
+    replace,
+    switch,
+    text,
+)
+
+CHANNEL = re.compile(r"[A-Za-z](_?[A-Za-z0-9])*")
+"""A channel's name: it is part of the names of parameters and topics."""
 
 
 @dataclass(frozen=True)
@@ -222,13 +241,26 @@ class EstimateParameters(Group):
 
 
 @dataclass(frozen=True)
-class Parameters(Group):
-    """All parameters of the fusion."""
+class ChannelParameters(Group):
+    """What each scalar of a node has of its own: two sensors and the method."""
 
     s1: FastSensorParameters = group(FastSensorParameters())
     s2: SlowSensorParameters = group(SlowSensorParameters())
     signal: SignalParameters = group(SignalParameters())
     estimate: EstimateParameters = group(EstimateParameters())
+    aggregator: AggregatorParameters = group(AggregatorParameters())
+    predictor: PredictorParameters = group(PredictorParameters())
+    gate: GateParameters = group(GateParameters())
+
+
+@dataclass(frozen=True)
+class Parameters(ChannelParameters):
+    """All parameters of the fusion: of one channel, or of several.
+
+    Channels have what is named here in common but for ``own``: values of single channels by
+    dotted name, such as ``roll.s1.field``.
+    """
+
     trigger: str = text(
         "s1",
         "s1: at every S1 sample, newest S2 held; pair: when S1 and S2 with equal stamps have "
@@ -256,6 +288,130 @@ class Parameters(Group):
         "run as a managed (lifecycle) node, silent until configured and activated",
         fixed=True,
     )
-    aggregator: AggregatorParameters = group(AggregatorParameters())
-    predictor: PredictorParameters = group(PredictorParameters())
-    gate: GateParameters = group(GateParameters())
+    channels: tuple[str, ...] = names(
+        "names of several scalars in the same messages, such as roll and pitch; roll.s1.field is "
+        "then a parameter of roll alone, and s1.field the default of all; empty: one scalar"
+    )
+    own: tuple[tuple[str, Value], ...] = ()
+
+    def check_together(self) -> None:
+        """Check the names of channels, and that each channel's parameters go together.
+
+        Raises:
+            ParameterError: A name cannot be used, or a channel's parameters are not allowed.
+        """
+        for name in self.channels:
+            if not CHANNEL.fullmatch(name):
+                raise ParameterError(
+                    "channels",
+                    f"got {name!r}, expected letters, digits and single underscores between them, "
+                    "and a letter first",
+                )
+            if name in {field.name for field in dataclasses.fields(self)}:
+                raise ParameterError("channels", f"{name!r} is a parameter: use another name")
+            if self.channels.count(name) > 1:
+                raise ParameterError("channels", f"{name!r} is in it twice: give each name once")
+        self.variants()
+
+    def variants(self) -> dict[str, ChannelParameters]:
+        """Return what counts for each channel: its own, and what is shared where it has none."""
+        shared = _tree_of(self)
+        found = {}
+        for channel in self.channels:
+            start = f"{channel}."
+            own = {name[len(start) :]: v for name, v in self.own if name.startswith(start)}
+            try:
+                found[channel] = replace(shared, own)
+            except ParameterError as error:
+                raise error.under(channel) from None
+        return found
+
+    def gathered(self, changes: Mapping[str, object]) -> Mapping[str, object]:
+        """Return changes with those of channels gathered in ``own``.
+
+        Raises:
+            ParameterError: A change of a channel is not allowed.
+        """
+        channels = changes.get("channels") or self.channels
+        if not isinstance(channels, list | tuple) or not channels:
+            return changes
+        known = {name: each for name, each, _ in descriptors(ChannelParameters)}
+        own, shared = dict(self.own), {}
+        for name, value in changes.items():
+            channel, _, below = name.partition(".")
+            if channel not in channels:
+                shared[name] = value
+            elif below in known:
+                own[name] = known[below].check(name, value)
+            else:
+                raise ParameterError(name, f"unknown; known below {channel}: {', '.join(known)}")
+        return {**shared, "own": tuple(own.items())}
+
+    def by_channel(self) -> dict[str, Parameters]:
+        """Return the parameters of each channel as if it were alone; of one, under ``""``."""
+        if not self.channels:
+            return {"": self}
+        alone = dataclasses.replace(self, channels=(), own=())
+        return {
+            name: dataclasses.replace(alone, **_groups_of(tree))
+            for name, tree in self.variants().items()
+        }
+
+    def channel(self, name: str) -> Parameters:
+        """Return the parameters of one channel as if it were alone.
+
+        Args:
+            name: The channel; ``""`` where there are no names.
+
+        Raises:
+            ParameterError: There is no such channel, or there are several and none is named.
+        """
+        found = self.by_channel()
+        if name in found:
+            return found[name]
+        if not self.channels:
+            raise ParameterError("channels", f"is empty, so there is no channel {name!r}")
+        names = ", ".join(self.channels)
+        raise ParameterError(
+            "channels",
+            f"there is no {name!r}, only {names}" if name else f"are {names}: choose one",
+        )
+
+    def only(self, name: str) -> Parameters:
+        """Return the parameters without those of other channels than this one.
+
+        Args:
+            name: The channel; ``""`` leaves all.
+
+        Raises:
+            ParameterError: There is no such channel.
+        """
+        if not name:
+            return self
+        alone = self.channel(name)
+        return dataclasses.replace(self, channels=(name,), own=()).with_channel(name, alone)
+
+    def with_channel(self, name: str, parameters: ChannelParameters) -> Parameters:
+        """Return the parameters with one channel's replaced, those of the others as they are.
+
+        Args:
+            name: The channel; ``""`` where there are no names.
+            parameters: What counts for it from now on.
+        """
+        before = flatten(_tree_of(self.channel(name)))
+        prefix = f"{name}." if name else ""
+        after = flatten(_tree_of(parameters))
+        return replace(self, {prefix + each: v for each, v in after.items() if v != before[each]})
+
+
+def _groups_of(parameters: ChannelParameters) -> dict[str, Any]:
+    """Return the groups that each channel has, by name."""
+    return {
+        field.name: getattr(parameters, field.name)
+        for field in dataclasses.fields(ChannelParameters)
+    }
+
+
+def _tree_of(parameters: ChannelParameters) -> ChannelParameters:
+    """Return what a channel has of its own, without what all share."""
+    return ChannelParameters(**_groups_of(parameters))

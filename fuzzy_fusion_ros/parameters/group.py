@@ -2,9 +2,9 @@
 """Machinery under the parameters: described, checked, immutable, and one flat map away.
 
 A group of parameters is a frozen dataclass derived from :class:`Group`; its fields are made with
-:func:`real`, :func:`integer`, :func:`switch`, :func:`text` or :func:`group`. The one definition
-gives the node its descriptors, the YAML its names, the docs their table and the method its
-numbers.
+:func:`real`, :func:`integer`, :func:`switch`, :func:`text`, :func:`names` or :func:`group`. The
+one definition gives the node its descriptors, the YAML its names, the docs their table and the
+method its numbers.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 
 from fuzzy_fusion_ros.parameters.errors import ParameterError
 
-Value = bool | int | float | str
+Value = bool | int | float | str | tuple[str, ...]
 """What a single parameter can hold."""
 
 
@@ -28,7 +28,8 @@ class Descriptor:
     """What a parameter means and may hold.
 
     Attributes:
-        kind: The Python type of the value: ``bool``, ``int``, ``float`` or ``str``.
+        kind: The Python type of the value: ``bool``, ``int``, ``float``, ``str`` or ``tuple``, of
+            texts.
         text: Its meaning in one sentence.
         unit: The unit, ``""`` for none; ``signal`` is the unit of S1 and S2.
         low: Smallest allowed number, inclusive.
@@ -54,22 +55,29 @@ class Descriptor:
             return "one of " + ", ".join(self.choices)
         if self.kind is str:
             return "text"
+        if self.kind is tuple:
+            return "a list of texts"
         noun = "an integer" if self.kind is int else "a number"
         return f"{noun} from {self.low:g} to {self.high:g}"
 
     def check(self, name: str, value: object) -> Value:
         """Return ``value`` as this parameter's type.
 
-        An integer is accepted where a number is expected; nothing else is converted.
+        An integer is accepted where a number is expected, and any list of texts, which ROS leaves
+        unset if it is empty; nothing else is converted.
 
         Raises:
             ParameterError: Wrong type, not finite, out of range or not among the choices.
         """
+        if self.kind is tuple and (value is None or isinstance(value, list)):
+            value = tuple(value or ())
         fits = type(value) is self.kind or (self.kind is float and type(value) is int)
         if fits and isinstance(value, int | float) and self.kind is not bool:
             fits = self.low <= value <= self.high
         if fits and isinstance(value, str) and self.choices:
             fits = value in self.choices
+        if fits and isinstance(value, tuple):
+            fits = all(isinstance(each, str) for each in value)
         if not fits:
             unit = f" ({self.unit})" if self.unit else ""
             raise ParameterError(name, f"got {value!r}, expected {self.range}{unit}")
@@ -104,6 +112,11 @@ def text(default: str, meaning: str, *, choices: tuple[str, ...] = ()) -> Any:
     return _field(default, Descriptor(str, meaning, choices=choices, fixed=True))
 
 
+def names(meaning: str) -> Any:
+    """Make a field that holds names of further parameters; none by default, read at start-up."""
+    return _field((), Descriptor(tuple, meaning, fixed=True))
+
+
 def group(default: Group) -> Any:
     """Make a field that holds a group of parameters."""
     return dataclasses.field(default=default)
@@ -135,6 +148,18 @@ class Group:
             CombinationError: The combination is not allowed.
         """
 
+    def variants(self) -> Mapping[str, Group]:
+        """Return the groups whose names are values of this one, such as those of channels."""
+        return {}
+
+    def gathered(self, changes: Mapping[str, object]) -> Mapping[str, object]:
+        """Return changes with those of variants gathered in the field that holds them.
+
+        Raises:
+            ParameterError: A change of a variant is not allowed.
+        """
+        return changes
+
 
 G = TypeVar("G", bound=Group)
 
@@ -145,7 +170,7 @@ def descriptors(kind: type[Group], prefix: str = "") -> Iterator[tuple[str, Desc
         name = prefix + field.name
         if isinstance(field.default, Group):
             yield from _nested_descriptors(field.default, name + ".")
-        else:
+        elif "descriptor" in field.metadata:
             yield name, field.metadata["descriptor"], field.default  # type: ignore[misc]
 
 
@@ -155,16 +180,36 @@ def _nested_descriptors(default: Group, prefix: str) -> Iterator[tuple[str, Desc
         yield prefix + name, descriptor, values[name]
 
 
+def described(parameters: Group) -> dict[str, Descriptor]:
+    """Return the descriptor of every parameter, those of variants included, by dotted name."""
+    found = {name: each for name, each, _ in descriptors(type(parameters))}
+    for owner, variant in parameters.variants().items():
+        found |= {f"{owner}.{name}": each for name, each, _ in descriptors(type(variant))}
+    return found
+
+
 def flatten(parameters: Group) -> dict[str, Value]:
-    """Return every parameter by its dotted name, in order of definition."""
+    """Return every parameter by its dotted name, in order of definition, variants last."""
     flat: dict[str, Value] = {}
     for field in dataclasses.fields(parameters):
         value = getattr(parameters, field.name)
         if isinstance(value, Group):
             flat.update({f"{field.name}.{name}": v for name, v in flatten(value).items()})
-        else:
+        elif "descriptor" in field.metadata:
             flat[field.name] = value
+    for owner, variant in parameters.variants().items():
+        flat.update({f"{owner}.{name}": v for name, v in flatten(variant).items()})
     return flat
+
+
+def shaped(parameters: G, changes: Mapping[str, object]) -> G:
+    """Return ``parameters`` with those changes only that name further parameters.
+
+    Raises:
+        ParameterError: They are not allowed.
+    """
+    lists = {name for name, each, _ in descriptors(type(parameters)) if each.kind is tuple}
+    return replace(parameters, {name: changes[name] for name in lists & changes.keys()})
 
 
 def replace(parameters: G, changes: Mapping[str, object]) -> G:
@@ -178,7 +223,7 @@ def replace(parameters: G, changes: Mapping[str, object]) -> G:
     }
     own: dict[str, Any] = {}
     nested: dict[str, dict[str, object]] = {}
-    for name, value in changes.items():
+    for name, value in parameters.gathered(changes).items():
         head, dot, rest = name.partition(".")
         if head not in known or isinstance(known[head], Group) != bool(dot):
             raise ParameterError(name, f"unknown; expected one of {', '.join(flatten(parameters))}")
@@ -210,12 +255,12 @@ def numbers(parameters: Group) -> Any:
     """Return the numbers and switches of a group as a nested named tuple.
 
     Attribute access is the same as on the group, so a function takes either; a named tuple is
-    what the compiler understands. Texts are left out.
+    what the compiler understands. Texts and names are left out.
     """
     values = {
         field.name: getattr(parameters, field.name)
         for field in dataclasses.fields(parameters)
-        if not isinstance(getattr(parameters, field.name), str)
+        if not isinstance(getattr(parameters, field.name), str | tuple)
     }
     tuple_type = _tuple_type(type(parameters).__name__, tuple(values))
     return tuple_type(

@@ -94,6 +94,7 @@ def table(parameters: type[Group]) -> str:
 
 def _entry(name: str, descriptor: Descriptor, default: Value) -> str:
     shown = str(default).lower() if isinstance(default, bool) else f"{default}"
+    shown = "[]" if default == () else shown
     unit = f" {descriptor.unit}" if descriptor.unit else ""
     start = "; at start-up only" if descriptor.fixed else ""
     text = f"{descriptor.text}; {descriptor.range}{start}"

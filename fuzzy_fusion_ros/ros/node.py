@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -28,9 +28,10 @@ from fuzzy_fusion_ros.parameters.group import (
     Descriptor,
     Group,
     Value,
-    descriptors,
+    described,
     flatten,
     replace,
+    shaped,
 )
 from fuzzy_fusion_ros.ros.recorder import NoRecorder, Recorder
 
@@ -90,12 +91,10 @@ class ConfiguredNode(Node, Generic[G]):
         self.finished = False
         self.failure: FusionError | None = None
         self.held: Values = {}
-        self._described = {name: each for name, each, _ in descriptors(type(defaults))}
-        self._fixed = {name for name, each in self._described.items() if fixed or each.fixed}
         try:
             for path in parameter_files:
                 load(path, self.get_fully_qualified_name())
-            self.parameters = self._declared(defaults)
+            self.parameters = self._declared(defaults, fixed)
             self.set_up()
         except FusionError:
             self.destroy_node()
@@ -103,8 +102,11 @@ class ConfiguredNode(Node, Generic[G]):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._first = self.create_timer(1e-3, self.guarded(self._on_first), clock=steady)
 
-    def _declared(self, defaults: G) -> G:
+    def _declared(self, defaults: G, fixed: bool) -> G:
         overrides: Mapping[str, Parameter] = self._parameter_overrides
+        given = {name: each.value for name, each in overrides.items()}
+        self._described = described(shaped(defaults, given))
+        self._fixed = {name for name, each in self._described.items() if fixed or each.fixed}
         parameters = replace(defaults, self._own(overrides.values()))
         for name, value in flatten(parameters).items():
             descriptor = to_message(self._described[name], name in self._fixed)
@@ -179,13 +181,22 @@ class ConfiguredNode(Node, Generic[G]):
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
         kinds = {name: each.kind for name, each in self._described.items()}
+        implied = [Parameter(name, value=value) for name, value in self._implied(changed, own)]
         result = super().set_parameters_atomically(
-            [_as_number(each, kinds.get(each.name)) for each in parameter_list]
+            [_as_number(each, kinds.get(each.name)) for each in parameter_list] + implied
         )
         if result.successful:
             self.parameters, self.held, result.reason = changed, held, reason
             self.on_parameters()
         return result
+
+    def _implied(self, changed: G, own: Values) -> Iterator[tuple[str, Value]]:
+        """Yield what changes with what was set, in variants that have no value of their own."""
+        if changed.variants():
+            before = flatten(self.parameters)
+            for name, value in flatten(changed).items():
+                if value != before[name] and name not in own:
+                    yield name, value
 
     def _at_once(self, own: Values) -> tuple[G, Values, str]:
         """Return the parameters with some changed; what is held, those left out, stays held."""

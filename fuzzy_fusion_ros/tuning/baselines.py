@@ -168,7 +168,7 @@ def _samples(series: Series) -> int:
 
 
 def _axis(name: str, value: Value) -> Axis:
-    usual = float(value)
+    usual = float(value)  # type: ignore[arg-type]  # baselines have numbers only
     if name.endswith(".weight"):
         return Axis(name, 0.0, 1.0, usual, logarithmic=False)
     return Axis(name, usual / REACH, usual * REACH, usual)

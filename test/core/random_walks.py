@@ -31,7 +31,8 @@ def random_parameters(chance: random.Random) -> Parameters:
     for name, descriptor, default in descriptors(Parameters):
         if descriptor.kind is float and not descriptor.fixed and chance.random() < 0.5:
             drawn = 10 ** chance.uniform(-4.0, 2.0) if chance.random() < 0.7 else default
-            changes[name] = min(max(float(drawn), descriptor.low), descriptor.high)
+            number = float(drawn)  # type: ignore[arg-type]  # as the kind says
+            changes[name] = min(max(number, descriptor.low), descriptor.high)
     changes["predictor.samples"] = chance.randint(3, 25)
     changes["predictor.rules"] = chance.randint(2, 6)
     changes["predictor.max_iterations"] = chance.choice((0, 1, 1, 4))

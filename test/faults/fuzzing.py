@@ -93,7 +93,7 @@ def parameter_sets(stream: Stream, seeds: Iterable[int]) -> Counter[str]:
         changes = {
             name: rng.choice(NUMBERS) if wild and rng.random() < 0.2 else within(each, rng)
             for name, each, _ in descriptors(Parameters)
-            if rng.random() < 0.4 and each.kind is not str
+            if rng.random() < 0.4 and each.kind not in (str, tuple)
         }
         changes["trigger"] = rng.choice(("s1", "pair"))
         try:

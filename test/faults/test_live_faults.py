@@ -43,7 +43,7 @@ def test_one_fault_after_the_other(harness: Harness, sensor: str) -> None:
     node = harness.fusion_node()
     feed = harness.feed()
     diagnostics = Diagnostics(harness)
-    inputs = {S1: node._s1, S2: node._s2}
+    inputs = {S1: node.channels[0].s1, S2: node.channels[0].s2}
     publishers = {S1: feed.s1, S2: feed.s2}
     for each in stream:
         taken = inputs[each.sensor].subscription.received

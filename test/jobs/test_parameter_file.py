@@ -24,7 +24,7 @@ def test_parameters_are_given_as_such_as_a_file_or_not_at_all(tmp_path: Path) ->
     parameters = replace(Parameters(), {"trigger": "pair"})
     baselines = replace(BaselineParameters(), {"kalman.s1_noise": 3.0})
     path = tmp_path / "tuned.yaml"
-    path.write_text(text(parameters, baselines, ["Made by hand."]))
+    path.write_text(text(parameters, {"": baselines}, ["Made by hand."]))
     assert path.read_text().startswith("# Made by hand.")
     assert text_of(path) == path.read_text()
     with pytest.raises(ParameterError, match="cannot be read: "):

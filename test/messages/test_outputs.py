@@ -24,11 +24,12 @@ from fuzzy_fusion_ros.messages.outputs import (
     JOINTS,
     POINT,
     EstimateMessages,
+    EstimateSource,
     explain,
     point_template,
     strengths_message,
 )
-from fuzzy_fusion_ros.online.fusion import Fused
+from fuzzy_fusion_ros.online.verdict import Fused, Together
 from fuzzy_fusion_ros.parameters.errors import MessageError
 from fuzzy_fusion_ros.parameters.fusion import EstimateParameters, Parameters
 
@@ -108,7 +109,13 @@ def test_a_point_has_a_frame() -> None:
 
 def estimates(world: World, parameters: EstimateParameters) -> EstimateMessages:
     """Return the maker of estimates where S2 is a PointStamped."""
-    return EstimateMessages(world.types, parameters, ScalarCodec(world.types, POINT))
+    s2 = ScalarCodec(world.types, POINT)
+    return EstimateMessages(world.types, {"": EstimateSource(parameters, s2)})
+
+
+def alone(estimate: Fused) -> Together:
+    """Return an estimate as that of the only channel."""
+    return Together(estimate.stamp_ns, {"": estimate})
 
 
 def s2(world: World) -> bytes:
@@ -120,35 +127,35 @@ def s2(world: World) -> bytes:
 def test_it_copies_the_latest_s2(world: World, name: str) -> None:
     made = estimates(world, EstimateParameters(name))
     older = world.data(POINT, {"header.frame_id": "an older one"})
-    assert read(made.message(fused(older))).header.frame_id == "an older one"
-    message = read(made.message(fused(s2(world))))
-    assert (made.codec.type_name, made.codec.field.text) == (POINT, "point.x")
+    assert read(made.message(alone(fused(older)))).header.frame_id == "an older one"
+    message = read(made.message(alone(fused(s2(world)))))
+    assert (made.type_name, made.codecs[""].field.text) == (POINT, "point.x")
     assert (message.header.frame_id, message.point.y, message.point.x) == ("gps", 3.0, 0.5)
     assert message.header.stamp.sec == 12
 
 
 def test_before_s2_the_rest_is_blank(world: World) -> None:
-    data = estimates(world, EstimateParameters()).message(fused())
+    data = estimates(world, EstimateParameters()).message(alone(fused()))
     codec = ScalarCodec(world.types, POINT)
     assert data == codec.template(default_message(world.types, POINT)).filled(0.5, STAMP_NS)
 
 
 def test_another_field_of_s2_can_take_it(world: World) -> None:
     made = estimates(world, EstimateParameters("", "point.z"))
-    message = read(made.message(fused(s2(world))))
+    message = read(made.message(alone(fused(s2(world)))))
     assert (message.point.x, message.point.z) == (9.0, 0.5)
 
 
 def test_a_type_of_its_own_keeps_the_frame(world: World) -> None:
     made = estimates(world, EstimateParameters(TEMPERATURE))
     for _ in range(2):
-        message = read(made.message(fused(s2(world))), TEMPERATURE)
+        message = read(made.message(alone(fused(s2(world)))), TEMPERATURE)
         assert (message.header.frame_id, message.temperature) == ("gps", 0.5)
 
 
 def test_a_type_without_a_header_has_none(world: World) -> None:
     made = estimates(world, EstimateParameters("std_msgs/msg/Float64"))
-    assert read(made.message(fused(s2(world))), "std_msgs/msg/Float64").data == 0.5
+    assert read(made.message(alone(fused(s2(world)))), "std_msgs/msg/Float64").data == 0.5
 
 
 def test_a_field_that_is_not_there_is_refused(world: World) -> None:
@@ -158,10 +165,9 @@ def test_a_field_that_is_not_there_is_refused(world: World) -> None:
 
 def test_an_element_that_is_not_there_is_an_error_of_that_estimate(world: World) -> None:
     kind = "sensor_msgs/msg/JointState"
-    made = EstimateMessages(
-        world.types, EstimateParameters(), ScalarCodec(world.types, kind, "position[1]")
-    )
+    codec = ScalarCodec(world.types, kind, "position[1]")
+    made = EstimateMessages(world.types, {"": EstimateSource(EstimateParameters(), codec)})
     with pytest.raises(MessageError, match="position has 0 elements in this message"):
-        made.message(fused())
-    data = made.message(fused(world.data(kind, {"position": [1.0, 2.0]})))
+        made.message(alone(fused()))
+    data = made.message(alone(fused(world.data(kind, {"position": [1.0, 2.0]}))))
     assert list(read(data, kind).position) == [1.0, 0.5]

@@ -10,9 +10,9 @@ from fuzzy_fusion_ros.core.aggregator import Aggregate, FiringStrengths
 from fuzzy_fusion_ros.core.estimator import FUSED, Estimate, initial_state
 from fuzzy_fusion_ros.core.gate import NO_PREDICTION
 from fuzzy_fusion_ros.messages import ScalarCodec, default_message, resolve_field
-from fuzzy_fusion_ros.messages.outputs import EstimateMessages
+from fuzzy_fusion_ros.messages.outputs import EstimateMessages, EstimateSource
 from fuzzy_fusion_ros.messages.variances import NO_INFORMATION, NONE, Elements, variance_of
-from fuzzy_fusion_ros.online.verdict import Fused
+from fuzzy_fusion_ros.online.verdict import Fused, Together
 from fuzzy_fusion_ros.parameters.errors import MessageError
 from fuzzy_fusion_ros.parameters.fusion import EstimateParameters, Parameters
 
@@ -62,15 +62,20 @@ def test_types_that_do_not_tell(world: World, msgtype: str, field: str) -> None:
     assert variance_of(world.types, msgtype, resolve_field(world.types, msgtype, field)) == NONE
 
 
-def fused(message: bytes, deviation: float) -> Fused:
+def fused(message: bytes, deviation: float) -> Together:
     estimate = Estimate(FUSED, 0.25, AGGREGATE, NO_PREDICTION, False, deviation)
-    return Fused(7, estimate, initial_state(Parameters()), message)
+    return Together(7, {"": Fused(7, estimate, initial_state(Parameters()), message)})
+
+
+def made(world: World, codec: ScalarCodec, variance_field: str = "") -> EstimateMessages:
+    parameters = EstimateParameters(variance_field=variance_field)
+    return EstimateMessages(world.types, {"": EstimateSource(parameters, codec)})
 
 
 def test_the_variance_of_s2_is_never_passed_on(world: World) -> None:
     codec = ScalarCodec(world.types, ODOMETRY, "twist.twist.angular.z")
     s2 = world.data(ODOMETRY, {"twist.covariance": [1.0 + k for k in range(36)]})
-    data = EstimateMessages(world.types, EstimateParameters(), codec).message(fused(s2, 0.5))
+    data = made(world, codec).message(fused(s2, 0.5))
     assert codec.sample(data, 0).value == 0.25
     for k in range(36):
         element = ScalarCodec(world.types, ODOMETRY, f"twist.covariance[{k}]")
@@ -85,7 +90,7 @@ def test_zeros_say_that_a_covariance_is_not_known(world: World) -> None:
         FIX,
         {"position_covariance": [4.0] * 8 + [9.0], "position_covariance_type": 2},
     )
-    data = EstimateMessages(world.types, EstimateParameters(), codec).message(fused(s2, 0.5))
+    data = made(world, codec).message(fused(s2, 0.5))
     for path in ("position_covariance[0]", "position_covariance[8]", "position_covariance_type"):
         assert ScalarCodec(world.types, FIX, path).sample(data, 0).value == 0.0
 
@@ -95,7 +100,7 @@ def test_our_variance_is_written_where_it_is_named_and_known(world: World) -> No
     codec = ScalarCodec(world.types, kind, "", 0.5, 0.0)
     variance = ScalarCodec(world.types, kind, "variance")
     s2 = world.data(kind, {"variance": 9.0})
-    messages = EstimateMessages(world.types, EstimateParameters(variance_field="variance"), codec)
+    messages = made(world, codec, "variance")
     for deviation, expected in ((0.5, 1.0), (0.0, 0.0), (0.25, 0.25)):
         data = messages.message(fused(s2, deviation))
         assert variance.sample(data, 0).value == expected
@@ -105,7 +110,7 @@ def test_our_variance_is_written_where_it_is_named_and_known(world: World) -> No
 def test_a_field_for_the_variance_that_is_not_there_is_refused(world: World) -> None:
     codec = ScalarCodec(world.types, "sensor_msgs/msg/Temperature")
     with pytest.raises(MessageError, match="no field 'covariance'"):
-        EstimateMessages(world.types, EstimateParameters(variance_field="covariance[0]"), codec)
+        made(world, codec, "covariance[0]")
 
 
 def test_a_name_with_a_dot_is_no_fault(world: World) -> None:

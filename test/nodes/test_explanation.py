@@ -72,7 +72,7 @@ def test_each_estimate_is_said_in_words(harness: Harness) -> None:
     sentences = harness.record("/fusion_node/explanation", TEXT)
     feed = harness.feed()
     harness.spin_until(lambda: node.count_subscribers("/fusion_node/explanation") == 1)
-    harness.spin_until(lambda: node._output._sentence.wanted)
+    harness.spin_until(lambda: node._output._explanations[""].sentence.wanted)
     estimates = ramp(feed, 0, 3)
     harness.spin_until(lambda: len(sentences) == 3)
     for estimate, sentence in zip(estimates, sentences, strict=True):
