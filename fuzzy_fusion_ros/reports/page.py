@@ -143,7 +143,7 @@ def _document(page: Page) -> dict[str, Any]:
     time_s = page.time_s[::every]
     notes = list(page.notes)
     if every > 1:
-        notes.append(f"one sample in {every} is shown, the scores are of all of them")
+        notes.append(f"one sample in {every} is shown; the scores use all of them")
     return {
         "title": page.title,
         "lead": page.lead,

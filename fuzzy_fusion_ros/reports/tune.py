@@ -58,7 +58,7 @@ def tune_page(tuned: Tuned, series: Series, unit: str, name: str, origin: str, s
     behind |= zip(RULES, shares(after.strengths.T), strict=True)
     rows = candidates(tuned)
     return Page(
-        title=f"tune to {visible(Path(name).name)}",
+        title=f"fit to {visible(Path(name).name)}",
         lead=f"{origin}. {outcome(tuned, unit)}",
         notes=(),
         tables=[Table(error_title(tuned, unit), rows[:1], rows[1:])],

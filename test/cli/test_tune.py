@@ -60,7 +60,7 @@ def test_it_writes_what_node_and_score_take(
     results = {"--plot": "a.png", "--json": "a", "--report": "a.html"}
     arguments += [text for name, file in results.items() for text in (name, str(tmp_path / file))]
     assert main(arguments) == 0
-    assert "<title>tune to bag</title>" in (tmp_path / "a.html").read_text()
+    assert "<title>fit to bag</title>" in (tmp_path / "a.html").read_text()
     out, said = capsys.readouterr()
     assert said == ""
     for part in (
@@ -218,7 +218,7 @@ def test_one_set_of_parameters_is_fitted_to_several_bags(
         assert row["rmse_after"] < min(row["baselines"]["s1"], row["baselines"]["s2"])
         for suffix in (".png", ".html"):
             assert (tmp_path / f"a_{Path(bag).name}{suffix}").stat().st_size > 0
-    assert "<title>tune to other</title>" in (tmp_path / "a_other.html").read_text()
+    assert "<title>fit to other</title>" in (tmp_path / "a_other.html").read_text()
 
 
 def test_a_bag_of_other_sensors_is_named(

@@ -169,7 +169,7 @@ def test_the_page_of_a_fit_shows_sensors_candidates_and_what_came_before(
         tune_page(tune(series, truth), series, "rad", "a/bag", "bag, --seed 0", "# file"), path
     )
     window.open(path, SCREENS[0])
-    assert window.find("h1").text == "tune to bag"
+    assert window.find("h1").text == "fit to bag"
     text = window.find("main").text
     assert "S1: 25 Hz, white noise of" in text
     assert "(chosen)" in text

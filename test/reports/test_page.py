@@ -129,7 +129,7 @@ def test_of_a_long_recording_one_sample_in_several_is_shown(
     found = document(made({"s1": np.arange(9.0)}))
     assert unpacked(found["series"]["s1"]).tolist() == [0.0, 3.0, 6.0]
     assert unpacked(found["steps"]).tolist() == pytest.approx([0.0, 0.03, 0.03])
-    assert found["notes"] == ["one note", "one sample in 3 is shown, the scores are of all of them"]
+    assert found["notes"] == ["one note", "one sample in 3 is shown; the scores use all of them"]
 
 
 def test_only_what_is_known_and_moves_is_drawn() -> None:
