@@ -48,6 +48,11 @@ FILTERS = {
     "error_state": "error-state filter: S1's bias from S2, through its lag",
     "estimate": "this package",
 }
+PARTS = {
+    "bias": "the observer: S1 minus its bias, learnt from S2",
+    "slope": "the observer with a slope of the bias",
+    "full": "the observer, S2 trusted by the rules",
+}
 CAR = "bags/car_accel"
 PARAMETERS = f"{CAR}.yaml"
 HALF = 300.0
@@ -120,7 +125,10 @@ def parts_table(on_half: Score) -> Iterable[str]:
     tuned = tune(ROOT / CAR, end=HALF).tuned
     kalman = "kalman_bias"
     rows = [("the defaults, which are the pendulum's", tuned.before_error, part(Parameters()))]
-    rows += [(each.text, each.fitted, part(each.parameters)) for each in tuned.candidates]
+    rows += [
+        (PARTS.get(each.name, each.text), each.fitted, part(each.parameters))
+        for each in tuned.candidates
+    ]
     rows += [(FILTERS[kalman], tuned.baseline_errors[kalman], rmse(on_half, kalman))]
     yield "| RMS error, m/s² | first half, tuned on | second half |"
     yield "|---|---|---|"
