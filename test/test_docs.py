@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from fuzzy_fusion_ros.messages import InstalledTypes, ScalarCodec
-from fuzzy_fusion_ros.messages.outputs import EXPLANATION, EstimateMessages
+from fuzzy_fusion_ros.messages.outputs import EXPLANATION, EstimateMessages, EstimateSource
 from fuzzy_fusion_ros.messages.units import signal_unit
 from fuzzy_fusion_ros.nodes.modes import Mode
 from fuzzy_fusion_ros.online.guard import Drop
@@ -78,13 +78,15 @@ def test_a_node_could_start_with_each_parameter_file_on_the_page(
 ) -> None:
     path = tmp_path / "params.yaml"
     path.write_text(snippet)
-    parameters, types = parameters_from(path), InstalledTypes()
-    s1, s2 = (
-        ScalarCodec(types, each.type, each.field, each.scale, each.offset)
-        for each in (parameters.s1, parameters.s2)
-    )
-    assert signal_unit(s1, s2, parameters) in {"rad", "m/s", "m", "degC"}
-    assert EstimateMessages(types, parameters.estimate, s2).codec.function.write
+    types, sources = InstalledTypes(), {}
+    for name, parameters in parameters_from(path).by_channel().items():
+        s1, s2 = (
+            ScalarCodec(types, each.type, each.field, each.scale, each.offset)
+            for each in (parameters.s1, parameters.s2)
+        )
+        assert signal_unit(s1, s2, parameters) in {"rad", "m/s", "m", "degC", ""}
+        sources[name] = EstimateSource(parameters.estimate, s2)
+    assert EstimateMessages(types, sources).codecs.keys() == sources.keys()
 
 
 def test_the_page_on_sensors_names_every_preset() -> None:

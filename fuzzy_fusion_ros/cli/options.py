@@ -58,7 +58,7 @@ def add_topics(parser: argparse.ArgumentParser) -> None:
         "--channel",
         metavar="NAME",
         default="",
-        help="the channel of --params that is meant, where its parameter channels lists some",
+        help="channel to use, if --params defines several",
     )
 
 

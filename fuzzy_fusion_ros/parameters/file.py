@@ -95,6 +95,8 @@ def parameters_from(path: str | Path, node_name: str = "fusion_node") -> Paramet
     values = load(path, node_name)
     own = {name: value for name, value in values.items() if not is_builtin(name)}
     try:
+        if "channels" in own:  # they decide which names are known
+            refuse("channels", own["channels"], described(Parameters()))
         known = described(shaped(Parameters(), own))
         for name, value in own.items():
             refuse(name, value, known)
@@ -159,7 +161,8 @@ def refuse(name: str, value: object, known: Mapping[str, Descriptor]) -> None:
         close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
         advice = f"did you mean {close[0]}?" if close else f"expected one of {', '.join(known)}"
         raise ParameterError(name, f"unknown; {advice}")
-    if isinstance(value, bool) and known[name].kind is str:
+    texts = value if isinstance(value, list) else [value]
+    if known[name].kind in {str, tuple} and any(isinstance(text, bool) for text in texts):
         raise ParameterError(name, f"got {value!r}, expected text: quote words like 'y' and 'on'")
 
 

@@ -149,6 +149,10 @@ REFUSED = {
         "/**:\n  ros__parameters: {s1.field: y}\n",
         "parameter s1.field: got True, expected text: quote words like 'y' and 'on'",
     ),
+    "a name turned into a switch": (
+        "/**:\n  ros__parameters: {channels: [x, y, z]}\n",
+        "parameter channels: got ['x', True, 'z'], expected text: quote words like 'y' and 'on'",
+    ),
     "a group for a value": (
         "/**:\n  ros__parameters: {gate: 3.0}\n",
         "parameter gate: unknown; did you mean rate?",
