@@ -3,6 +3,7 @@
 
 import atexit
 import os
+import re
 import shutil
 import sys
 import tempfile
@@ -135,6 +136,35 @@ def write_launchers(prefix):
 COMPILES = os.environ.get("FUZZY_FUSION_COMPILE") == "1"
 
 
+def make_named_tuples_directly(sources):
+    """Have mypyc make the named tuples of these sources by `tuple.__new__`.
+
+    Their own `__new__` is Python, called with a dict of keywords, and takes a third of an update.
+    """
+    from mypy.nodes import TypeInfo
+    from mypyc.ir.rtypes import object_rprimitive
+    from mypyc.irbuild.specialize import specialize_function
+
+    def construct(builder, call, callee):
+        made = callee.node
+        if not (isinstance(made, TypeInfo) and made.is_named_tuple):
+            return None
+        fields = made.metadata["namedtuple"]["fields"]
+        names = [name or fields[k] for k, name in enumerate(call.arg_names)]
+        if set(names) != set(fields):  # some have defaults
+            return None
+        values = {name: builder.accept(each) for name, each in zip(names, call.args, strict=True)}
+        boxed = [builder.coerce(values[name], object_rprimitive, call.line) for name in fields]
+        items = builder.new_tuple(boxed, call.line)
+        kind = builder.load_module_attr_by_fullname("builtins.tuple", call.line)
+        new = builder.py_get_attr(kind, "__new__", call.line)
+        return builder.py_call(new, [builder.accept(callee), items], call.line)
+
+    for source in map(Path, sources):
+        for name in re.findall(r"^class (\w+)\(NamedTuple\)", source.read_text(), re.MULTILINE):
+            specialize_function(".".join([*source.with_suffix("").parts, name]))(construct)
+
+
 def extensions():
     """Compile the method to C where that is asked for; return what is left for a C compiler.
 
@@ -152,6 +182,7 @@ def extensions():
     atexit.register(shutil.rmtree, scratch)
     method = [str(path) for path in sorted(Path(PACKAGE, "core").glob("[a-z]*.py"))]
     read = [str(path) for path in sorted(Path(PACKAGE, "parameters").glob("[a-z]*.py"))]
+    make_named_tuples_directly(method)
     found = mypycify(
         [
             *("--config-file=", f"--cache-dir={scratch}", "--no-site-packages"),
@@ -165,6 +196,16 @@ def extensions():
     for extension in found:  # else a * b + c is rounded once where the processor can do it
         extension.extra_compile_args.append("-ffp-contract=off")
     return found
+
+
+class InstallLib(Distribution().get_command_class("install_lib")):
+    """Installs modules in place of those that were there, compiled or not."""
+
+    def run(self):
+        """Remove extensions of an earlier build, which would hide these sources; install."""
+        for extension in Path(self.install_dir, PACKAGE, "core").glob("*.so"):
+            extension.unlink()
+        super().run()
 
 
 class InstallData(Distribution().get_command_class("install_data")):
@@ -228,6 +269,6 @@ setup(
         "test": TEST,
     },
     ext_modules=extensions(),
-    cmdclass={"install_data": InstallData, "develop": Develop},
+    cmdclass={"install_lib": InstallLib, "install_data": InstallData, "develop": Develop},
     zip_safe=False,
 )

@@ -87,6 +87,40 @@ def test_numba_compiles_from_the_sources(extensions: Path) -> None:
     assert say(extensions, "-c", TWINS) == "True False\n"
 
 
+LOOP = """
+import numpy as np
+from fuzzy_fusion_ros.batch.compiled import interpreted
+from fuzzy_fusion_ros.batch.series import fusion
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
+from fuzzy_fusion_ros.simulation.closed_loop import simulate
+from fuzzy_fusion_ros.simulation.scenario import Scenario
+
+scenario = replace(Scenario(), {"duration": 2.0})
+run = simulate(fusion(Parameters()), scenario, np.random.default_rng(0), bind=interpreted)
+print(run.survived, run.truth.tolist())
+"""
+
+
+def test_a_loop_over_arrays_takes_it(extensions: Path) -> None:
+    assert say(extensions, "-c", LOOP) == say(ROOT, "-c", LOOP)
+
+
+def test_a_build_without_it_does_not_leave_an_earlier_one_in_place(tmp_path: Path) -> None:
+    """An extension that was left behind would hide the sources that come with the new build."""
+    stale = tmp_path / "lib" / PACKAGE / "core" / "estimator.cpython-311-x86_64-linux-gnu.so"
+    stale.parent.mkdir(parents=True)
+    stale.touch()
+    run(
+        *(sys.executable, "setup.py", "--quiet", "build", "--build-base", tmp_path / "build"),
+        *("install_lib", "--install-dir", tmp_path / "lib"),
+        cwd=ROOT,
+        environment={**inherited_environment(), "FUZZY_FUSION_COMPILE": ""},
+    )
+    assert stale.with_name("estimator.py").exists()
+    assert not stale.exists()
+
+
 def test_without_being_asked_a_wheel_is_pure(tmp_path: Path) -> None:
     wheel = make_wheel(tmp_path, "")
     assert wheel.name.endswith("-py3-none-any.whl")

@@ -164,7 +164,7 @@ def _simulate(
     for k in range(run.truth.size):
         if loop.fallen:
             return k
-        stamp_ns = run.stamps_ns[k]
+        stamp_ns = int(run.stamps_ns[k])
         reading = sense(scenario, loop, noise[k, 0], noise[k, 1])
         run.truth[k] = loop.plant.angle
         run.s1[k] = reading.s1
