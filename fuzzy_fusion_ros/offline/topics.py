@@ -8,7 +8,6 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 from fuzzy_fusion_ros.messages import ScalarCodec
-from fuzzy_fusion_ros.messages.outputs import EXPLANATION, SENTENCE
 from fuzzy_fusion_ros.parameters.errors import MessageError
 from fuzzy_fusion_ros.parameters.fusion import Parameters, SensorParameters
 
@@ -61,6 +60,8 @@ def explanation_prefix(estimate: str, channel: str = "") -> str:
 
 def explanation_topics(bag: BagReader, estimate: str) -> list[str]:
     """Return the topics of a bag that explain its estimates, those of all channels."""
+    from fuzzy_fusion_ros.messages.outputs import EXPLANATION, SENTENCE  # takes time to import
+
     own = explanation_prefix(estimate)
     names = {*EXPLANATION, SENTENCE}
     return [

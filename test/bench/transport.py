@@ -18,8 +18,11 @@ from bench.table import Aim, Row, at_least, at_most
 
 FA, COMPLETE, RELAY, PLAIN = "fa", "complete", "relay", "plain_relay"
 BYTES = "bytes_relay"
+THREE = "three"
+AXES = ("x", "y", "z")
 PROFILE = "sensor_data"
 BOUNDS = {FA: 1.10, COMPLETE: 1.25}
+BURSTS = (FA, THREE, COMPLETE, RELAY, BYTES)
 
 
 def rows(effort: Effort) -> list[Row]:
@@ -31,11 +34,13 @@ def rows(effort: Effort) -> list[Row]:
         }
         found = []
         for rate in effort.rates:
-            bursts: dict[str, list[Burst]] = {name: [] for name in (FA, COMPLETE, RELAY, BYTES)}
+            bursts: dict[str, list[Burst]] = {name: [] for name in BURSTS}
             for _ in range(effort.repetitions):
                 for name, list_ in bursts.items():
                     list_.append(channels[name].burst(rate, effort.seconds))
             found += [row for name in BOUNDS for row in _burst_rows(name, rate, bursts)]
+            three = f"fusion_node, three channels, {rate} Hz: CPU per sample"
+            found.append(_row(three, "cpu", bursts[THREE], bursts[FA], at_most(1.5), "one channel"))
         return found + _saturation_rows(channels, effort)
 
 
@@ -46,8 +51,12 @@ def commands(opened: Graph) -> dict[str, list[str]]:
         return ["--ros-args", "-r", f"__ns:=/{name}"]
 
     predicting = ["-p", "predictor.enabled:=true"]
+    fields = [f"{axis}.{role}.field:=point.{axis}" for axis in AXES for role in ("s1", "s2")]
+    settings = [f"channels:={list(AXES)}", *fields]
+    channels = [word for each in settings for word in ("-p", each)]
     return {
         FA: program("fusion_node", *arguments(FA)),
+        THREE: program("fusion_node", *arguments(THREE), *channels),
         COMPLETE: program("fusion_node", *arguments(COMPLETE), *predicting),
         RELAY: module("relay", EVENTS, PROFILE, *arguments(RELAY)),
         PLAIN: module("relay", DEFAULT, PROFILE, *arguments(PLAIN)),

@@ -11,16 +11,16 @@ from rclpy.serialization import serialize_message
 
 _STAMP = struct.Struct("<iI")
 _STAMP_AT = 4
-_VALUE = struct.Struct("<d")
-_VALUE_AT = 20
+_VALUES = struct.Struct("<3d")
+_VALUES_AT = 20
 _BLANK = bytes(serialize_message(PointStamped()))
 
 
 def sample(stamp_ns: int, value: float) -> bytes:
-    """Return a ``PointStamped`` as it is on the wire."""
+    """Return a ``PointStamped`` as it is on the wire, with one value in all of its fields."""
     data = bytearray(_BLANK)
     _STAMP.pack_into(data, _STAMP_AT, *divmod(stamp_ns, 1_000_000_000))
-    _VALUE.pack_into(data, _VALUE_AT, value)
+    _VALUES.pack_into(data, _VALUES_AT, value, value, value)
     return bytes(data)
 
 
