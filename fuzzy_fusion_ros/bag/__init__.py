@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bags: read whole or damaged ones, write new ones. The only user of rosbags and mcap.
+"""Bags: reads intact or damaged ones, writes new ones. The only user of rosbags and mcap.
 
-Importing it loads neither of them: its names are looked up when they are first used.
+Importing it imports neither: names are imported when they are first used.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is not whole in a bag, in lines for the user."""
+"""Problems of a bag, as lines for the user."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads bags: rosbag2 directories and bare storage files, whole or damaged."""
+"""Reads bags: rosbag2 directories and single storage files, intact or damaged."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The filters that a user would pick instead, each a ``Method`` of ``batch.series``.
+"""The filters that a user might choose instead, each a ``Method`` of ``batch.series``.
 
 Pure functions over named tuples, like ``core``, so that replay, score and the closed loop run
 them as they run the fuzzy estimator. All wait for the first sample of S2.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of the baselines as one would set them by hand after looking at the recording."""
+"""Parameters of the baselines as one would choose them by hand from the recording."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Kalman filter that models S2's lag, robust against outliers of either sensor.
 
-States: the signal ``s``, its velocity ``v``, S1's bias ``b``, and two first-order lags in a row
-behind the signal, ``f`` and ``g``; the second stands for a short delay. Signal and bias are random
-walks, the velocity is a Gauss-Markov process; with a deviation of 0 there is none. S1 measures
-``s + b``, S2 measures ``g``.
+States: the signal ``s``, its velocity ``v``, S1's bias ``b``, and two first-order lags in series
+after the signal, ``f`` and ``g``; the second approximates a short delay. Signal and bias are
+random walks, the velocity is a Gauss-Markov process; with a deviation of 0 there is none. S1
+measures ``s + b``, S2 measures ``g``.
 """
 
 from __future__ import annotations

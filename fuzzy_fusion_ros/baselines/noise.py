@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Noise as the robust filters model it: more of it in motion, and tails as Student's t has them."""
+"""Noise as the robust filters model it: more of it in motion, and the tails of Student's t."""
 
 from __future__ import annotations
 

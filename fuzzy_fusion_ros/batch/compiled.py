@@ -2,7 +2,7 @@
 """The same functions, compiled: for sweeps, fits and replays that take millions of steps.
 
 One implementation of each equation serves all; numba, where it is installed, only runs it
-faster. Results are the same to the last bit, which a test holds.
+faster. Results are the same to the last bit, as a test checks.
 """
 
 from __future__ import annotations

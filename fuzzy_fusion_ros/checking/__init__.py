@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is wrong with two sensors, from their samples as they came: no ROS, no files."""
+"""What is wrong with two sensors, from their raw samples: no ROS, no files."""

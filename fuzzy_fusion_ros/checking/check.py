@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The check of two sensors: what they are like, and what is wrong with them."""
+"""The check of two sensors: their characteristics, and what is wrong with them."""
 
 from __future__ import annotations
 

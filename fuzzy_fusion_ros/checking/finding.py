@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a check says: findings, each with its evidence and what to do about it."""
+"""The findings of a check, each with its evidence and remedy."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is wrong between two sensors: sign, scale, rate for value, exchanged, stuck, unrelated."""
+"""What is wrong between two sensors: sign, scale, rate for value, swapped, stuck, unrelated."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What two sensors are to each other: sign, scale, lag, or one the rate of the other.
+"""How two sensors are related: by sign, scale and lag, or one as the rate of the other.
 
 Each way in which S2 may follow from S1 is a hypothesis: S1 through a lag, negated or not, or its
 integral, or its derivative. Changes of both over the same time are correlated at every lag at once,

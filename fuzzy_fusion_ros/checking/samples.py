@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The samples of two sensors as they came, before anything is dropped."""
+"""The raw samples of two sensors, before anything is dropped."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is wrong with the stamps of one sensor: unusable ones, odd ones, clocks that step."""
+"""What is wrong with the stamps of one sensor: unusable ones, outliers, clocks that step."""
 
 from __future__ import annotations
 

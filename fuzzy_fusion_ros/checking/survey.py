@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which of many numbers move together: a coarse look at all pairs, then a close one at the best."""
+"""Which of many numbers move together: all pairs are compared coarsely, the best ones closely."""
 
 from __future__ import annotations
 

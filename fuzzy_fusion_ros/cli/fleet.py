@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Commands that take several bags: their options, and what becomes of a bag that fails."""
+"""Commands that take several bags: their options, and how failures of single bags are handled."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The options that mean the same in every command."""
+"""The options that commands have in common."""
 
 from __future__ import annotations
 

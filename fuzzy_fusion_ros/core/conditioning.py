@@ -2,7 +2,7 @@
 """Conditioning of S1 on its own: our extension, off by default.
 
 Two steps, each switched off by a parameter of 0: spikes are left out, and the rest goes through
-a low-pass with a trend. What S1 is off by is learnt from S2 in :mod:`observer`.
+a low-pass with a trend. Its bias is learnt from S2 in :mod:`observer`.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Covariance of what the observer believes, and the Kalman filter's two steps on it.
+"""Covariance of the observer's states, and the Kalman filter's two steps on it.
 
-The states are S1's bias ``c``, its slope ``b``, and ``m1``, ``m2``: the bias as it shows behind
-the lag of S2's model, and behind a second lag that stands for its delay. Over a time ``D``, with
+The states are S1's bias ``c``, its slope ``b``, and ``m1``, ``m2``: the bias after the
+lag of S2's model, and after a second lag that approximates its delay. Over a time ``D``, with
 ``a = 1 - exp(-D / lag)`` and ``h = 1 - exp(-D / delay)``::
 
     c' = c + D b        m1' = (1 - a) m1 + a c        m2' = (1 - h) m2 + h m1'

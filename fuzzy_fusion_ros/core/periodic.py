@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Angles and other signals that repeat: the value a whole number of turns away that is nearest."""
+"""Angles and other signals that repeat: the nearest value that is a whole number of turns away."""
 
 from __future__ import annotations
 

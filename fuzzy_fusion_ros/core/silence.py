@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How long a sensor may be silent: its interval, followed, and the timeout that it leads to."""
+"""How long a sensor may be silent: its interval, tracked, and the resulting timeout."""
 
 from __future__ import annotations
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whole jobs, from files to files: what a command does, and what a Python program calls."""
+"""Complete jobs, from files to files: what a command does, and what a Python program calls."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The fusion of two streams, for both node and replay: the intake decides, the estimator answers.
+"""The fusion of two streams, for both node and replay: the intake decides, the estimator estimates.
 
 What happens depends on the samples alone, in the order in which they come, so the same samples
 always give the same estimates.

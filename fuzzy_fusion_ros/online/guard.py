@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The guard of each sensor: what must not reach the method is dropped, named and counted."""
+"""The guard of each sensor: unusable samples are dropped, named and counted."""
 
 from __future__ import annotations
 

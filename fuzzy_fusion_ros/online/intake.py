@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The one way in for samples, of node, replay, score and tune: guards, timeline, lines, trigger."""
+"""The single intake of node, replay, score and tune: guards, timeline, lines, trigger."""
 
 from __future__ import annotations
 

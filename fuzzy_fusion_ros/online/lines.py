@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Continuous lines in front of the fusion: angles are unwrapped, rates are integrated.
+"""Continuous lines before the fusion: angles are unwrapped, rates are integrated.
 
-Everything behind works on numbers of any size, so it needs to know of neither. It depends on the
+Everything after it works on numbers of any size and need not know about either. It depends on the
 samples alone, in the order in which they are admitted.
 """
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Triggers: which samples make a step of the estimator, and when.
 
-Each takes admitted samples and answers with the step that is due now: a sample of S2 to observe,
+Each takes admitted samples and returns the step that is due now: a sample of S2 to observe,
 then one of S1 to estimate at; either may be missing.
 """
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What becomes of a sample: admitted or dropped, the steps that it makes due, the estimates."""
+"""What happens to a sample: admitted or dropped, the steps that it triggers, the estimates."""
 
 from __future__ import annotations
 

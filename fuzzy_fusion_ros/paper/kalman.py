@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A Kalman filter that knows the benchmark's plant and sensors: what a model is worth.
+"""A Kalman filter that knows the benchmark's plant and sensors: the value of a model.
 
 An extended Kalman filter over angle, angular rate, the lagged angle inside S2, and S1's bias. It
 knows every number of a scenario except the disturbance. The force on the cart it computes itself:

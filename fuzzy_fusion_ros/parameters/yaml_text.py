@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""YAML that anybody may have written: checked before it is read into memory.
+"""YAML from untrusted sources: checked before it is read into memory.
 
-A hundred bytes of it can recurse for ever, or stand for terabytes.
+A hundred bytes of it can recurse forever, or expand to terabytes.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which stretch of a recording is worth a closer look."""
+"""Which stretch of a recording to show close up."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The look of every figure.
+"""The style of every figure.
 
 Importing this changes nothing in matplotlib; :func:`styled` does, for a while.
 """

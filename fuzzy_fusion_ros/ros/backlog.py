@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sheds messages that keep coming faster than they are worked off."""
+"""Sheds messages that arrive faster than they are processed."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command line of a node: help, parameter files, and what ROS takes."""
+"""The command line of a node: help, parameter files, and ROS arguments."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a node says about itself on /diagnostics, once a second (REP-107)."""
+"""What a node reports on /diagnostics, once a second (REP-107)."""
 
 from __future__ import annotations
 

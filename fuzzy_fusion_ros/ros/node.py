@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What our nodes have in common: parameters held by one checked dataclass, and an end."""
+"""What our nodes have in common: parameters in one checked dataclass, and shutdown."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs one node as a process: start-up, spinning, and an end in good order."""
+"""Runs one node as a process: start-up, spinning, and orderly shutdown."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Quality of service: the profiles of our topics, and what is said when peers ask for others."""
+"""Quality of service: the profiles of our topics, and the warnings for incompatible peers."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Records what a node receives and publishes, bytes unchanged, as rosbag2 would."""
+"""Records what a node receives and publishes, byte for byte, as rosbag2 would."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a parameter usually is, given what the sensors are like: where ``tune`` starts from."""
+"""Typical values of the parameters for given sensors: where ``tune`` starts."""
 
 from __future__ import annotations
 

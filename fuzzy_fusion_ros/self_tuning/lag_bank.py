@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""S1 through many models of S2 at a time: the one that shows what S2 shows has its lag."""
+"""S1 through many models of S2 at a time: the one most like S2 has S2's lag."""
 
 from __future__ import annotations
 

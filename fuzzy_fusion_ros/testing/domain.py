@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Claims a DDS domain that no other test on this machine is using, and has processes join it."""
+"""Claims a DDS domain that no other test on this machine uses, for processes to join."""
 
 from __future__ import annotations
 

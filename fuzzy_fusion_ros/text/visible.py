@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Text from outside, such as names of topics and files, made safe to show."""
+"""Untrusted text, such as names of topics and files, made safe to show."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 
 Instead of ``batch.series.run`` because a fit takes thousands of runs and needs the estimates only,
 which this returns three times as fast. The steps are those of ``core.estimator.update`` and the
-results are equal to the last bit, which a test holds.
+results are equal to the last bit, as a test checks.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Several recordings taken as one: what their sensors are typically like, and which are odd."""
+"""Several recordings taken as one: their typical sensors, and which recordings differ."""
 
 from __future__ import annotations
 

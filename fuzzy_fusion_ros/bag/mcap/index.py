@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the messages of an MCAP file are, as its summary says.
 
-Instead of mcap's ``get_summary`` because that believes offsets, counts and times that cannot be
+Instead of mcap's ``get_summary`` because that trusts offsets, counts and times that cannot be
 true, and fails on the first record that is damaged (measured by test/bag/test_damage.py).
 """
 
