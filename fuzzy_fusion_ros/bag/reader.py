@@ -7,7 +7,7 @@ import heapq
 import itertools
 import math
 import tempfile
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from functools import cached_property, partial
 from operator import attrgetter
@@ -15,6 +15,7 @@ from pathlib import Path
 
 import zstandard
 
+from fuzzy_fusion_ros.bag.block import Block, gathered
 from fuzzy_fusion_ros.bag.compression import decompress
 from fuzzy_fusion_ros.bag.problems import Problems
 from fuzzy_fusion_ros.bag.storage import Storage, find_files, is_compressed, open_file
@@ -187,13 +188,33 @@ class BagReader:
         Raises:
             BagError: The bag is closed, or a limit is not finite.
         """
+        names, start_ns, stop_ns = self._span(topics, start_s, end_s)
+        found = self._messages(names, start_ns, stop_ns)
+        return self._decompress(found) if self._is_message_compressed else found
+
+    def blocks(
+        self,
+        topics: Collection[str] | None = None,
+        start_s: float | None = None,
+        end_s: float | None = None,
+    ) -> Iterator[Block]:
+        """Return the same messages as :meth:`messages`, side by side as chunks hold them."""
+        names, start_ns, stop_ns = self._span(topics, start_s, end_s)
+        files = self._filled()
+        if self._is_message_compressed or not _follow_one_another(files):
+            return gathered(self.messages(topics, start_s, end_s))
+        return itertools.chain.from_iterable(
+            each.blocks(names, start_ns, stop_ns) for each in files
+        )
+
+    def _span(
+        self, topics: Collection[str] | None, start_s: float | None, end_s: float | None
+    ) -> tuple[frozenset[str] | None, int, int]:
+        """Return topics and log times as files take them."""
         if not self._storages:
             raise BagError(f"bag {str(self.path)!r} is closed: open it again to read it")
         names = None if topics is None else frozenset(topics)
-        start_ns = self._limit_ns(start_s, 0)
-        stop_ns = self._limit_ns(end_s, _FOREVER_NS)
-        found = self._in_order(lambda each: each.messages(names, start_ns, stop_ns))
-        return self._decompress(found) if self._is_message_compressed else found
+        return names, self._limit_ns(start_s, 0), self._limit_ns(end_s, _FOREVER_NS)
 
     def _open(self, files: list[Path], opening: ExitStack) -> list[Storage]:
         """Open all files that can be; refuse if none can."""
@@ -224,19 +245,23 @@ class BagReader:
         offset_ns = round(max(-1e10, min(seconds, 1e10)) * 1e9)  # more than a clock can show
         return max(0, min((self.start_ns or 0) + offset_ns, _FOREVER_NS))
 
-    def _in_order(self, read: Callable[[Storage], Iterator[BagMessage]]) -> Iterator[BagMessage]:
-        """Chain the files if one begins where another ends, else merge them."""
-        filled = [
+    def _filled(self) -> list[Storage]:
+        """Return the files that may hold messages."""
+        return [
             each
             for each in self._storages
             if _total(topic.message_count for topic in each.topics) != 0
         ]
-        found = [read(each) for each in filled]
-        spans = [(each.start_ns, each.end_ns) for each in filled]
-        for (_, end_ns), (start_ns, _) in itertools.pairwise(spans):
-            if end_ns is None or start_ns is None or end_ns > start_ns:
-                return heapq.merge(*found, key=attrgetter("log_ns"))
-        return itertools.chain.from_iterable(found)
+
+    def _messages(
+        self, names: frozenset[str] | None, start_ns: int, stop_ns: int
+    ) -> Iterator[BagMessage]:
+        """Chain the files if one begins where another ends, else merge them."""
+        files = self._filled()
+        found = [each.messages(names, start_ns, stop_ns) for each in files]
+        if _follow_one_another(files):
+            return itertools.chain.from_iterable(found)
+        return heapq.merge(*found, key=attrgetter("log_ns"))
 
     def _decompress(self, messages: Iterable[BagMessage]) -> Iterator[BagMessage]:
         for message in messages:
@@ -246,6 +271,15 @@ class BagReader:
                 self._problems.note(message.topic, f"messages do not decompress ({error})")
             else:
                 yield message._replace(data=data)
+
+
+def _follow_one_another(files: Sequence[Storage]) -> bool:
+    """Return whether each file begins where the one before ends."""
+    spans = [(each.start_ns, each.end_ns) for each in files]
+    return all(
+        end_ns is not None and start_ns is not None and end_ns <= start_ns
+        for (_, end_ns), (start_ns, _) in itertools.pairwise(spans)
+    )
 
 
 def _merge_topics(found: Iterable[Topic], note: Callable[[str], None]) -> dict[str, Topic]:

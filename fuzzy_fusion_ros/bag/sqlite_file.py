@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+from fuzzy_fusion_ros.bag.block import Block, gathered
 from fuzzy_fusion_ros.bag.metadata import MetadataError, qos_from_text
 from fuzzy_fusion_ros.bag.topic import MOST_TOPICS, BagMessage, Definition, Topic
 from fuzzy_fusion_ros.parameters.errors import BagError
@@ -115,6 +116,10 @@ class SqliteFile:
             raise BagError("a sqlite3 file was closed while it was being read") from error
         except _DAMAGE as error:
             self._note(f"messages from log time {reached} ns on are lost ({error})")
+
+    def blocks(self, names: Collection[str] | None, start_ns: int, stop_ns: int) -> Iterator[Block]:
+        """Yield the messages of :meth:`messages` side by side."""
+        return gathered(self.messages(names, start_ns, stop_ns))
 
     def _query(self, statement: str) -> list[Any]:
         return self._database.execute(statement).fetchall()

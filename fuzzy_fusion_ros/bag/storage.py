@@ -10,6 +10,7 @@ from typing import Protocol
 
 import zstandard
 
+from fuzzy_fusion_ros.bag.block import Block
 from fuzzy_fusion_ros.bag.compression import decompress_file
 from fuzzy_fusion_ros.bag.mcap.file import McapFile
 from fuzzy_fusion_ros.bag.metadata import Metadata, MetadataError, read_metadata
@@ -40,6 +41,10 @@ class Storage(Protocol):
         self, names: Collection[str] | None, start_ns: int, stop_ns: int
     ) -> Iterator[BagMessage]:
         """Yield messages of some topics, or of all, within a half-open span of log times."""
+        ...
+
+    def blocks(self, names: Collection[str] | None, start_ns: int, stop_ns: int) -> Iterator[Block]:
+        """Yield the same messages side by side."""
         ...
 
     def close(self) -> None:

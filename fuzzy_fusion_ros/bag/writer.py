@@ -7,8 +7,10 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
+import numpy as np
 from rosbags.interfaces import Qos
 
+from fuzzy_fusion_ros.bag.block import Block
 from fuzzy_fusion_ros.bag.mcap.writer import McapWriter
 from fuzzy_fusion_ros.bag.metadata import describe_bag, qos_to_text, write_metadata
 from fuzzy_fusion_ros.bag.topic import MSG_ENCODINGS, UNDESCRIBED, Definition, Topic
@@ -119,18 +121,36 @@ class BagWriter:
             BagError: The bag is closed or cannot be written, the type has no definition, or the
                 time does not fit.
         """
-        if self._file.is_closed():
-            raise BagError(f"bag {str(self.path)!r} is closed: nothing can be written to it")
-        if self._failure is not None:
-            raise self._refusal(self._failure)
+        self._require_open()
         channel = self._channels.get((topic, msgtype))
         if channel is None:
-            self.add_topic(topic, msgtype)
-            channel = self._channels[topic, msgtype]
+            channel = self._channel(topic, msgtype)
         if not 0 <= log_ns < 2**63:
             raise BagError(f"log time {log_ns!r} ns is out of range: expected 0 to 2^63 - 1")
         try:
             if self._file.write(channel, log_ns, data):
+                self._keep_metadata_up()
+        except OSError as error:
+            self._failure = error
+            raise self._refusal(error) from error
+
+    def write_block(self, block: Block) -> None:
+        """Write messages that lie side by side, as :meth:`write` does one by one.
+
+        Args:
+            block: The messages, log times not negative.
+
+        Raises:
+            BagError: The bag is closed or cannot be written, or a type has no definition.
+        """
+        self._require_open()
+        used = np.bincount(block.kinds, minlength=len(block.names))
+        channels = [
+            self._channel(*name) if count else 0
+            for name, count in zip(block.names, used, strict=True)
+        ]
+        try:
+            if self._file.write_block(block, np.array(channels, np.uint16)[block.kinds]):
                 self._keep_metadata_up()
         except OSError as error:
             self._failure = error
@@ -154,6 +174,17 @@ class BagWriter:
                 raise self._refusal(error) from error
         finally:
             self._file.close()
+
+    def _require_open(self) -> None:
+        if self._file.is_closed():
+            raise BagError(f"bag {str(self.path)!r} is closed: nothing can be written to it")
+        if self._failure is not None:
+            raise self._refusal(self._failure)
+
+    def _channel(self, topic: str, msgtype: str) -> int:
+        """Return the channel of a topic, declared now if it was not."""
+        self.add_topic(topic, msgtype)
+        return self._channels[topic, msgtype]
 
     def _keep_metadata_up(self) -> None:
         """Rewrite the metadata if the bag has doubled since."""

@@ -15,7 +15,7 @@ import os
 import runpy
 import sys
 import types
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -64,6 +64,33 @@ def taken_by(function: Callable[..., Any], state: Any) -> Any:
     return _with_arrays(state) if hasattr(function, "py_func") else state
 
 
+def given_back(state: Any, like: Any) -> Any:
+    """Return a state as interpreted functions take it: lists where another one has lists.
+
+    Args:
+        state: A named tuple that a function has returned, compiled or not.
+        like: Another of its type that has been interpreted.
+    """
+    if isinstance(like, list):
+        return state if isinstance(state, list) else state.tolist()
+    if isinstance(like, tuple):
+        return type(like)(*map(given_back, state, like))
+    return state
+
+
+def is_kept(function: Callable[..., Any], **replaced: Callable[..., Any]) -> bool:
+    """Return whether :func:`compiled` finds its work of another process on disk."""
+    if not can_compile():
+        return False
+    directory = Path(os.environ.get("NUMBA_CACHE_DIR") or _cache_directory())
+    return any(directory.glob(f"*/*.{_bound_name(function, sorted(replaced.items()))}-*.nbi"))
+
+
+def _bound_name(function: Any, replaced: Sequence[tuple[str, Any]]) -> str:
+    names = (f"{value.__module__}.{name}" for name, value in replaced)
+    return ".".join([function.__qualname__, *names])
+
+
 def _with_arrays(state: Any) -> Any:
     if isinstance(state, list):
         return np.array(state)
@@ -90,9 +117,7 @@ def _twin(function: Any, replaced: tuple[tuple[str, Any], ...]) -> Any:
     callees.update(replaced)
     twin = _rebound(function, {name: _twin(value, ()) for name, value in callees.items()})
     twin.__module__ = function.__module__
-    twin.__qualname__ = ".".join(
-        [function.__qualname__, *(f"{value.__module__}.{name}" for name, value in replaced)]
-    )
+    twin.__qualname__ = _bound_name(function, replaced)
     return jit(twin)
 
 

@@ -10,7 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals, Stamps, seconds_since
-from fuzzy_fusion_ros.batch.compiled import compiled, interpreted, taken_by
+from fuzzy_fusion_ros.batch.compiled import (
+    can_compile,
+    compiled,
+    given_back,
+    interpreted,
+    is_kept,
+    taken_by,
+)
 from fuzzy_fusion_ros.core.estimator import (
     WAITING,
     Estimate,
@@ -18,6 +25,8 @@ from fuzzy_fusion_ros.core.estimator import (
     update,
     without_s1,
 )
+from fuzzy_fusion_ros.core.numerics import seconds_between
+from fuzzy_fusion_ros.core.silence import followed
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import numbers
 from fuzzy_fusion_ros.self_tuning import estimator_for
@@ -27,6 +36,12 @@ State = Any
 
 WORTH_COMPILING = 300_000
 """From this many samples on, compiling a method for the first time costs less than it saves."""
+
+_AGGREGATOR_S, _COMPLETE_S = 2e-5, 1.2e-4
+"""CPU time of an interpreted step, without and with the predictor, seconds: about,"""
+
+_COMPILING_S, _LOADING_S = 15.0, 1.5
+"""and that of compiling the loop for the first time, and of loading it from disk."""
 
 NOWHERE: Stamps = np.empty(0, np.int64)
 """No index at all."""
@@ -151,19 +166,64 @@ def run(method: Method, series: Series, *, compile_from: int = 0) -> Trace:
         compile_from: Samples of S1 from which on the loop is compiled; shorter series are
             interpreted, with the same result to the last bit.
     """
+    trace, _ = advanced(method, series, compiles=series.s1.size >= compile_from)
+    return trace
+
+
+def advanced(method: Method, series: Series, *, compiles: bool) -> tuple[Trace, State]:
+    """Run a method over a part of a series; return what it says, and the state after it.
+
+    Args:
+        method: The method, with the state before the part.
+        series: The part.
+        compiles: Whether to compile the loop, if the method can be; the result is the same.
+    """
     trace = empty_trace(series.s1.size + series.s2_alone.size)
-    own: dict[str, Callable[..., Any]] = {
+    if method.compiles and compiles:
+        loop = compiled(_run, **_bindings(method))
+        state = loop(method.parameters, taken_by(loop, method.state), series, trace)
+        return trace, given_back(state, method.state)
+    plain = Series._make([*(each.tolist() for each in series[:-1]), series.started_ns])
+    loop = interpreted(_run, **_bindings(method))
+    return trace, loop(method.parameters, method.state, plain, trace)
+
+
+def pays_to_compile(parameters: Parameters, samples: int) -> bool:
+    """Return whether a run of the fusion over so many samples of S1 should be compiled."""
+    method = fusion(parameters)
+    if not method.compiles or not can_compile():
+        return False
+    each = _COMPLETE_S if parameters.predictor.enabled else _AGGREGATOR_S
+    return samples * each > (_LOADING_S if is_kept(_run, **_bindings(method)) else _COMPILING_S)
+
+
+def interval_after(interval: float, newest_ns: int, stamps_ns: Stamps, *, compiles: bool) -> float:
+    """Return the interval of a sensor, as :func:`followed`, after more samples, seconds.
+
+    Args:
+        interval: That before them.
+        newest_ns: Stamp of the sample before them, nanoseconds.
+        stamps_ns: Their stamps, shape (n,), nanoseconds.
+        compiles: Whether to compile the loop; the result is the same.
+    """
+    if compiles:
+        return float(compiled(_follow)(interval, newest_ns, stamps_ns))
+    return _follow(interval, newest_ns, stamps_ns.tolist())
+
+
+def _follow(interval: float, newest_ns: int, stamps_ns: Any) -> float:
+    for stamp_ns in stamps_ns:
+        interval = followed(interval, seconds_between(newest_ns, stamp_ns))
+        newest_ns = stamp_ns
+    return interval
+
+
+def _bindings(method: Method) -> dict[str, Callable[..., Any]]:
+    return {
         "observe_s2": method.observe_s2,
         "update": method.update,
         "without_s1": method.without_s1,
     }
-    if method.compiles and series.s1.size >= compile_from:
-        loop = compiled(_run, **own)
-        loop(method.parameters, taken_by(loop, method.state), series, trace)
-    else:
-        plain = Series._make([*(each.tolist() for each in series[:-1]), series.started_ns])
-        interpreted(_run, **own)(method.parameters, method.state, plain, trace)
-    return trace
 
 
 def empty_trace(n: int) -> Trace:
@@ -183,7 +243,7 @@ def empty_trace(n: int) -> Trace:
     )
 
 
-def _run(parameters: Any, state: State, series: Series, trace: Trace) -> None:
+def _run(parameters: Any, state: State, series: Series, trace: Trace) -> State:
     """Feed a series to ``observe_s2`` and ``update``, ours unless bound to another method's."""
     seen = 0
     alone = 0
@@ -199,6 +259,7 @@ def _run(parameters: Any, state: State, series: Series, trace: Trace) -> None:
         if k < len(series.s1):
             estimate, state = update(parameters, state, series.s1_ns[k], series.s1[k])
             write(trace, k + alone, series.s1_ns[k], estimate)
+    return state
 
 
 def write(trace: Trace, k: int, stamp_ns: int, estimate: Estimate) -> None:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sized
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
@@ -18,16 +18,24 @@ class Bars(Progress):
     """Shows a progress bar for each thing that is under way."""
 
     def over(
-        self, items: Iterable[T], text: str, total: int | None = None, unit: str = ""
+        self,
+        items: Iterable[T],
+        text: str,
+        total: int | None = None,
+        unit: str = "",
+        size: Callable[[T], int] = lambda _: 1,
     ) -> Iterable[T]:
         """Return the items, with a bar while they are iterated over."""
-        shown: Iterable[T] = _bar(items, total=total, desc=visible(text), unit=unit)
-        return shown
+        length = len(items) if total is None and isinstance(items, Sized) else total
+        with _bar(total=length, desc=visible(text), unit=unit) as bar:
+            for item in items:
+                yield item
+                bar.update(size(item))
 
     @contextmanager
     def counted(self, text: str, unit: str = "") -> Iterator[Callable[[int, int], None]]:
         """Show a bar; yield what moves it."""
-        with _bar(None, desc=visible(text), unit=unit) as bar:
+        with _bar(desc=visible(text), unit=unit) as bar:
 
             def advance(done: int, of: int) -> None:
                 bar.total = of
@@ -36,11 +44,10 @@ class Bars(Progress):
             yield advance
 
 
-def _bar(items: Iterable[Any] | None, **options: Any) -> Any:
+def _bar(**options: Any) -> Any:
     from tqdm import tqdm  # costs start-up time
 
     return tqdm(
-        items,
         file=sys.stderr,
         disable=not sys.stderr.isatty(),
         leave=False,

@@ -84,7 +84,7 @@ def check(
                 base,
                 start,
                 end,
-                lambda messages: progress.over(messages, f"reading {bag}", unit=" messages"),
+                progress.reading(f"reading {bag}"),
             )
         if topics is None:
             together = tuple(
@@ -92,9 +92,7 @@ def check(
                     reader,
                     start,
                     end,
-                    lambda messages: progress.over(
-                        messages, f"searching {bag}", reader.message_count, " messages"
-                    ),
+                    progress.reading(f"searching {bag}", reader.message_count),
                 )
             )
         return CheckResult(checked, together, tuple(reader.problems))

@@ -226,7 +226,7 @@ def _score_pendulum(path: Path, parameters: Parameters, bags: Path, progress: Pr
         Topics(),
         parameters,
         baselines,
-        progress=lambda messages: progress.over(messages, f"reading {path.name}", unit=" messages"),
+        progress=progress.reading(f"reading {path.name}"),
     )
     return scored._replace(name="pendulum", unit="rad")
 

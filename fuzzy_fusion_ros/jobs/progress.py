@@ -5,16 +5,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from fuzzy_fusion_ros.bag.block import Block  # takes time to import
 
 T = TypeVar("T")
+B = TypeVar("B", bound="Block")
 
 
 class Progress:
     """Shows no progress; subclasses do."""
 
     def over(
-        self, items: Iterable[T], text: str, total: int | None = None, unit: str = ""
+        self,
+        items: Iterable[T],
+        text: str,
+        total: int | None = None,
+        unit: str = "",
+        size: Callable[[T], int] = lambda _: 1,
     ) -> Iterable[T]:
         """Return the items, and show progress while they are iterated over.
 
@@ -23,8 +32,20 @@ class Progress:
             text: What is being done with them.
             total: How many there are, where ``len(items)`` is not defined.
             unit: What they are, preceded by a space.
+            size: How many an item counts for.
         """
         return items
+
+    def reading(self, text: str, total: int | None = None) -> Callable[[Iterable[B]], Iterable[B]]:
+        """Return what passes blocks of messages on and shows how many have been read.
+
+        Args:
+            text: What is being done.
+            total: How many messages there are, if that is known.
+        """
+        return lambda blocks: self.over(
+            blocks, text, total, " messages", lambda block: block.at.size
+        )
 
     @contextmanager
     def counted(self, text: str, unit: str = "") -> Iterator[Callable[[int, int], None]]:

@@ -62,7 +62,7 @@ def replay(
             base,
             start,
             end,
-            lambda messages: progress.over(messages, "replay", reader.message_count, " messages"),
+            progress.reading("replay", reader.message_count),
             explained=explanation,
         )
         found = [

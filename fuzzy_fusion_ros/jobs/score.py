@@ -64,7 +64,7 @@ def score(
         baselines,
         start,
         end,
-        lambda messages: progress.over(messages, f"reading {Path(bag).name}", unit=" messages"),
+        progress.reading(f"reading {Path(bag).name}"),
     )
     return scored._replace(
         unit=scored.unit if unit is None else unit, notes=(*notes, *scored.notes)

@@ -191,7 +191,7 @@ def _read(
             base,
             start,
             end,
-            lambda messages: progress.over(messages, f"reading {Path(bag).name}", unit=" messages"),
+            progress.reading(f"reading {Path(bag).name}"),
         )
         found = warnings_of(reader, wanted, base, start, end)
     return _Read(recording._replace(notes=(*recording.notes, *found)), base)

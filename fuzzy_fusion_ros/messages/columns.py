@@ -8,7 +8,7 @@ messages of a topic are such. They are put in rows, of which each number is a co
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from fuzzy_fusion_ros.core.numerics import SECOND_NS
 from fuzzy_fusion_ros.messages.codec import Place, ScalarCodec
 from fuzzy_fusion_ros.messages.functions import PLAIN, Function
+from fuzzy_fusion_ros.messages.gather import gathered
 from fuzzy_fusion_ros.parameters.errors import MessageError, StampError
 
 MOST_LAYOUTS = 16
@@ -23,9 +24,6 @@ MOST_LAYOUTS = 16
 
 MOST_LENGTHS = 64
 """Messages with more texts and arrays are read one by one."""
-
-BLOCK = 1 << 14
-"""Messages that are kept as bytes before they are read."""
 
 
 class Columns(NamedTuple):
@@ -58,89 +56,91 @@ class ColumnReader:
         """
         self._codecs = codecs
         self._looks_up = any(each.field.looks_up for each in codecs)
-        self._rows: list[_Rows] = []
-        self._others: list[bytes] = []
-        self._received: list[int] = []
-        self._kinds: list[int] = []
-        self._read: list[Columns] = []
+        self._layouts: list[_Rows] = []
+        self._read = [self._blank(np.empty(0, np.int64))]
 
-    def add(self, data: bytes, received_ns: int) -> None:
-        """Take a message, whatever it holds."""
-        self._received.append(received_ns)
-        for kind, rows in enumerate(self._rows):
-            if rows.fit(data):
-                rows.messages.append(data)
-                self._kinds.append(kind)
-                break
-        else:
-            self._kinds.append(self._open(data))
-        if len(self._received) == BLOCK:
-            self._flush()
+    def add(
+        self,
+        data: bytes,
+        at: NDArray[np.int64],
+        sizes: NDArray[np.int64],
+        received_ns: NDArray[np.int64],
+    ) -> None:
+        """Take messages that lie in a buffer, whatever they hold.
+
+        Args:
+            data: The buffer.
+            at: Where each message begins, shape (n,).
+            sizes: How many bytes each has, shape (n,).
+            received_ns: Times of receipt, shape (n,), nanoseconds.
+        """
+        block = self._blank(received_ns)
+        left = np.arange(at.size)
+        for layout in self._layouts:
+            left = layout.read_into(block, data, at, sizes, left, self._codecs)
+        while left.size:
+            begin = int(at[left[0]])
+            message = data[begin : begin + int(sizes[left[0]])]
+            opened = self._open(message)
+            if opened is None:
+                _read_into(block, int(left[0]), self._codecs, message)
+                left = left[1:]
+            else:
+                left = opened.read_into(block, data, at, sizes, left, self._codecs)
+        self._read.append(block)
 
     def columns(self) -> Columns:
         """Return the numbers of all messages so far."""
-        self._flush()
         return Columns._make(
             [np.concatenate(each, axis=-1) for each in zip(*self._read, strict=True)]
         )
 
-    def _open(self, data: bytes) -> int:
-        """Put a message that lies as none before it where it belongs; return where that is."""
-        if not self._looks_up and len(self._rows) < MOST_LAYOUTS:
-            rows = _rows(self._codecs, data)
-            if rows is not None:
-                self._rows.append(rows)
-                return len(self._rows) - 1
-        self._others.append(data)
-        return -1
-
-    def _flush(self) -> None:
-        kinds = np.array(self._kinds)
-        n = len(self._received)
-        received_ns = np.array(self._received, np.int64)
-        block = Columns(
+    def _blank(self, received_ns: NDArray[np.int64]) -> Columns:
+        n = received_ns.size
+        return Columns(
             received_ns.copy(),
             np.zeros(n, np.bool_),
             received_ns,
             np.full((len(self._codecs), n), np.nan),
             np.ones((len(self._codecs), n), np.bool_),
         )
-        for kind, rows in enumerate(self._rows):
-            if rows.messages:
-                rows.read_into(block, np.flatnonzero(kinds == kind), self._codecs)
-                rows.messages.clear()
-        for place, data in zip(np.flatnonzero(kinds < 0), self._others, strict=True):
-            _read_into(block, int(place), self._codecs, data)
-        self._others.clear()
-        self._received.clear()
-        self._kinds.clear()
-        self._read.append(block)
+
+    def _open(self, message: bytes) -> _Rows | None:
+        """Return the layout that a message is the first of; None if it is read by itself."""
+        if self._looks_up or len(self._layouts) == MOST_LAYOUTS:
+            return None
+        layout = _rows(self._codecs, message)
+        if layout is not None:
+            self._layouts.append(layout)
+        return layout
 
 
 class _Rows:
     """Messages with the same layout of bytes."""
 
     def __init__(self, data: bytes, lengths: Sequence[int], places: Sequence[Place | None]) -> None:
-        self.messages = [data]
         self._size = len(data)
-        self._begin = data[:2]
-        self._lengths = [(at, data[at : at + 4]) for at in lengths]
+        self._same = [("<u2", 0), *(("<u4", at) for at in lengths)]
+        self._first = np.frombuffer(data, np.uint8)[np.newaxis]
         self._places = places
 
-    def fit(self, data: bytes) -> bool:
-        """Return whether a message lies like these."""
-        if len(data) != self._size or data[:2] != self._begin:
-            return False
-        return all(data[at : at + 4] == length for at, length in self._lengths)
-
     def read_into(
-        self, block: Columns, where: NDArray[np.int64], codecs: Sequence[ScalarCodec]
-    ) -> None:
-        """Read all messages, into some of the columns' places."""
-        rows = np.frombuffer(b"".join(self.messages), np.uint8).reshape(-1, self._size)
-        for k, (place, codec) in enumerate(zip(self._places, codecs, strict=True)):
-            if place is not None:
-                numbers = [_column(rows, at, form) for form, at in place.numbers]
+        self,
+        block: Columns,
+        data: bytes,
+        at: NDArray[np.int64],
+        sizes: NDArray[np.int64],
+        left: NDArray[np.int64],
+        codecs: Sequence[ScalarCodec],
+    ) -> NDArray[np.int64]:
+        """Read those of the messages that lie like these; return the others."""
+        rows, alike = self.fitting(data, at[left], sizes[left])
+        where = left[alike]
+        if not where.size:
+            return left
+        for k, (place_, codec) in enumerate(zip(self._places, codecs, strict=True)):
+            if place_ is not None:
+                numbers = [_column(rows, begin, form) for form, begin in place_.numbers]
                 block.values[k, where] = _computed(codec.function, numbers)
                 block.lacking[k, where] = False
         stamped = next((each for each in self._places if each and each.stamp_at is not None), None)
@@ -150,6 +150,41 @@ class _Rows:
             nanoseconds = _column(rows, stamped.stamp_at + 4, f"{order}I").astype(np.int64)
             block.stamps_ns[where] = seconds * SECOND_NS + nanoseconds
             block.overflows[where] = nanoseconds >= SECOND_NS
+        others: NDArray[np.int64] = left[~alike]
+        return others
+
+    def fitting(
+        self, data: bytes, at: NDArray[np.int64], sizes: NDArray[np.int64]
+    ) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+        """Return the rows of the messages that lie like these, and which ones do."""
+        alike = sizes == self._size
+        found = gathered(data, at[alike], f"V{self._size}")
+        rows = found.view(np.uint8).reshape(-1, self._size)
+        if not len(rows):
+            return rows, alike
+        fit = np.ones(len(rows), np.bool_)
+        for form, place in self._same:
+            fit &= _column(rows, place, form) == _column(self._first, place, form)
+        alike[alike] = fit
+        return (rows if fit.all() else rows[fit]), alike
+
+
+def rows_alike(
+    codec: ScalarCodec, data: bytes, at: NDArray[np.int64], sizes: NDArray[np.int64]
+) -> NDArray[np.uint8] | None:
+    """Return messages as rows if all of them are laid out as the first is, else ``None``.
+
+    Args:
+        codec: Reads them.
+        data: A buffer that they lie in.
+        at: Where each begins, shape (n,), n at least 1.
+        sizes: How many bytes each has, shape (n,).
+    """
+    layout = _rows([codec], data[int(at[0]) : int(at[0] + sizes[0])])
+    if layout is None:
+        return None
+    rows, alike = layout.fitting(data, at, sizes)
+    return rows if alike.all() else None
 
 
 def _rows(codecs: Sequence[ScalarCodec], data: bytes) -> _Rows | None:
@@ -167,9 +202,9 @@ def _rows(codecs: Sequence[ScalarCodec], data: bytes) -> _Rows | None:
     return _Rows(data, lengths, places)
 
 
-def _column(rows: NDArray[np.uint8], at: int, number: str) -> NDArray[np.generic]:
-    dtype = np.dtype(number)
-    return np.ascontiguousarray(rows[:, at : at + dtype.itemsize]).view(dtype)[:, 0]
+def _column(rows: NDArray[np.uint8], at: int, number: str) -> NDArray[Any]:
+    """Return a view of the numbers that begin at a byte of each row."""
+    return np.ndarray((len(rows),), number, rows, at, (rows.shape[1],))
 
 
 def _computed(

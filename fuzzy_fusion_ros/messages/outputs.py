@@ -8,6 +8,9 @@ from collections.abc import Iterator, Mapping
 from itertools import combinations
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fuzzy_fusion_ros.core.aggregator import FiringStrengths
 from fuzzy_fusion_ros.core.estimator import Estimate
 from fuzzy_fusion_ros.messages.cdr import CdrWriter
@@ -15,6 +18,7 @@ from fuzzy_fusion_ros.messages.codec import ScalarCodec, Template
 from fuzzy_fusion_ros.messages.defaults import default_message
 from fuzzy_fusion_ros.messages.field_path import call_in
 from fuzzy_fusion_ros.messages.functions import Angles
+from fuzzy_fusion_ros.messages.rows import Rows, filled, fills, put, put_same, repeated
 from fuzzy_fusion_ros.messages.type_fields import TypeDescriptions
 from fuzzy_fusion_ros.messages.type_names import normalise_type_name
 from fuzzy_fusion_ros.messages.variances import Elements, variance_of
@@ -191,6 +195,42 @@ class EstimateMessages:
                 if deviation != 0.0:
                     data = variance.written(data, [deviation * deviation])
         return data
+
+    def rows(
+        self,
+        s2: Rows,
+        values: NDArray[np.float64],
+        stamps_ns: NDArray[np.int64],
+        deviations: NDArray[np.float64],
+    ) -> Rows | None:
+        """Return the messages of many estimates; ``None`` if they must be made one by one.
+
+        Args:
+            s2: The newest message of S2 at each, all laid out alike, shape (n, bytes), n at least
+                1; of no bytes where there is none yet.
+            values: The estimates, shape (n,).
+            stamps_ns: Their stamps, shape (n,), nanoseconds.
+            deviations: Standard deviations of their errors, 0 where not known, shape (n,).
+        """
+        (codec, *others), variances = self.codecs.values(), self._variances.values()
+        if others or not fills(codec) or (s2.shape[1] and not self._copies_s2):
+            return None
+        rows = s2.copy() if s2.shape[1] else repeated(self._like(b""), len(s2))
+        first = rows[0].tobytes()
+        try:
+            place, unsure = codec.place(first), self._unsure.places(first)
+            sure = [at for each in variances for at in each.places(first)]
+        except MessageError:
+            return None
+        put_same(rows, unsure, self._unknown)
+        fit = filled(rows, codec, place, values, stamps_ns)
+        for form, at in sure:
+            known = deviations != 0.0
+            scaled = deviations[known] / codec.scale
+            some = rows[known]
+            fit = fit and form[1] in "fd" and put(some, at, form, scaled * scaled)
+            rows[known] = some
+        return rows if fit else None
 
     def _codec(self, parameters: EstimateParameters, s2: ScalarCodec) -> ScalarCodec:
         is_s2s = s2.type_name == self.type_name and not parameters.field

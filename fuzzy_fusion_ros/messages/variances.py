@@ -150,6 +150,17 @@ class Elements:
             for begin, order in ORDERS.items()
         }
 
+    def places(self, data: bytes) -> list[tuple[str, int]]:
+        """Return of each number its form, as :mod:`struct` writes it, and where it begins.
+
+        Args:
+            data: A message that can be read.
+
+        Raises:
+            MessageError: It lacks an element.
+        """
+        return [(form, walk(data, ORIGIN)) for form, walk in self._walks[data[:2]]]
+
     def written(self, data: bytes, values: Iterable[float]) -> bytes:
         """Return a message with other numbers.
 
@@ -161,8 +172,7 @@ class Elements:
             MessageError: It lacks an element, or a number does not fit into its type.
         """
         changed = bytearray(data)
-        for (form, walk), value in zip(self._walks[data[:2]], values, strict=True):
-            at = walk(data, ORIGIN)
+        for (form, at), value in zip(self.places(data), values, strict=True):
             try:
                 struct.pack_into(form, changed, at, value if form[1] in "fd" else int(value))
             except (struct.error, OverflowError) as error:

@@ -89,6 +89,7 @@ class BagFusion:
 
     Attributes:
         fusion: The fusion.
+        codecs: Read S1 and S2, by role.
         s2_codec: Reads S2.
         unit: Unit of the signal, ``""`` where neither a parameter nor a type states it.
     """
@@ -101,7 +102,7 @@ class BagFusion:
             ParameterError: The units of S1 and S2 differ.
         """
         self._topics = topics
-        codecs = codecs_of(bag, topics, parameters, ("s1", "s2"))
+        self.codecs = codecs = codecs_of(bag, topics, parameters, ("s1", "s2"))
         self._s1_codec, self.s2_codec = codecs["s1"], codecs["s2"]
         self.unit = signal_unit(self._s1_codec, self.s2_codec, parameters)
         self.fusion = Fusion(parameters)

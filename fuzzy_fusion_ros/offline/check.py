@@ -9,6 +9,7 @@ from itertools import islice, takewhile
 
 import numpy as np
 
+from fuzzy_fusion_ros.bag.block import first
 from fuzzy_fusion_ros.bag.reader import BagReader
 from fuzzy_fusion_ros.batch.arrays import seconds_since
 from fuzzy_fusion_ros.checking.check import Check, check
@@ -52,7 +53,7 @@ def check_bag(
     parameters: Parameters,
     start_s: float | None = None,
     end_s: float | None = None,
-    progress: Progress = lambda messages: messages,
+    progress: Progress = lambda blocks: blocks,
 ) -> Check:
     """Check the two sensors of a bag.
 
@@ -62,7 +63,7 @@ def check_bag(
         parameters: Fields of S1 and S2 that ``topics`` lacks.
         start_s: Where to begin, seconds from the bag's first message.
         end_s: Where to end, before this.
-        progress: Passes the messages on.
+        progress: Passes blocks of messages on.
 
     Raises:
         BagError: S1 or S2 is not in the bag, or neither has a message in the span.
@@ -105,7 +106,7 @@ def warnings_of(
         MessageError: A field is not in its type.
     """
     found = check_bag(
-        bag, topics, parameters, start_s, end_s, lambda messages: islice(messages, WARNED_MESSAGES)
+        bag, topics, parameters, start_s, end_s, lambda blocks: first(blocks, WARNED_MESSAGES)
     )
     return tuple(f"WARN {each}" for each in warnings(found))
 
@@ -129,7 +130,7 @@ def survey_bag(
     bag: BagReader,
     start_s: float | None = None,
     end_s: float | None = None,
-    progress: Progress = lambda messages: messages,
+    progress: Progress = lambda blocks: blocks,
 ) -> list[Together]:
     """Return which numbers in a bag move together, most certain first.
 
@@ -137,7 +138,7 @@ def survey_bag(
         bag: The bag.
         start_s: Where to begin, seconds from the bag's first message.
         end_s: Where to end, before this.
-        progress: Passes the messages on.
+        progress: Passes blocks of messages on.
     """
     bag.require_messages_from(start_s)
     sources = _sources(bag)

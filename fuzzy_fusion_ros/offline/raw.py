@@ -51,7 +51,7 @@ def read_raw(
     sources: Mapping[str, Source],
     start_s: float | None = None,
     end_s: float | None = None,
-    progress: Progress = lambda messages: messages,
+    progress: Progress = lambda blocks: blocks,
     every: Mapping[str, int] | None = None,
 ) -> dict[str, RawSamples]:
     """Read all samples of some sources in one pass.
@@ -61,7 +61,7 @@ def read_raw(
         sources: The sources by names of your own.
         start_s: Where to begin, seconds from the bag's first message.
         end_s: Where to end, before this.
-        progress: Passes the messages on.
+        progress: Passes blocks of messages on.
         every: By topic, n if only every n-th message is to be read.
     """
     names: dict[str, list[str]] = {}
@@ -73,11 +73,13 @@ def read_raw(
     }
     strides = every or {}
     seen: Counter[str] = Counter()
-    for message in progress(bag.messages(list(readers), start_s, end_s)):
-        topic = message.topic
-        if seen[topic] % strides.get(topic, 1) == 0:
-            readers[topic].add(message.data, message.log_ns)
-        seen[topic] += 1
+    for block in progress(bag.blocks(list(readers), start_s, end_s)):
+        for topic, reader in readers.items():
+            found = block.on(topic)
+            count, stride = found.at.size, strides.get(topic, 1)
+            chosen = found.chosen(slice(-seen[topic] % stride, None, stride))
+            reader.add(chosen.data, chosen.at, chosen.sizes, chosen.log_ns)
+            seen[topic] += count
     return {
         name: _samples(columns, k)
         for topic, reader in readers.items()

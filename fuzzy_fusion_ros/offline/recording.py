@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fuzzy_fusion_ros.bag.block import one_by_one
 from fuzzy_fusion_ros.bag.reader import BagReader
 from fuzzy_fusion_ros.bag.topic import BagMessage
 from fuzzy_fusion_ros.batch.arrays import Reals, Stamps
@@ -71,7 +72,7 @@ def read_recording(
     parameters: Parameters,
     start_s: float | None = None,
     end_s: float | None = None,
-    progress: Progress = lambda messages: messages,
+    progress: Progress = lambda blocks: blocks,
 ) -> Recording:
     """Read the samples of a bag as a node would take them.
 
@@ -84,7 +85,7 @@ def read_recording(
         parameters: Trigger, timeouts and tolerances; fields of S1 and S2 that ``topics`` lacks.
         start_s: Where to begin, seconds from the bag's first message.
         end_s: Where to end, before this.
-        progress: Passes the messages on.
+        progress: Passes blocks of messages on.
 
     Raises:
         BagError: S1 or S2 is not in the bag or has no usable sample, or a value is beyond
@@ -151,7 +152,7 @@ def _read_one_by_one(
     for reader in readers.values():
         by_topic.setdefault(reader.topic, []).append(reader)
     notes: list[str] = []
-    for message in progress(bag.messages(list(by_topic), start_s, end_s)):
+    for message in one_by_one(progress(bag.blocks(list(by_topic), start_s, end_s))):
         if notes:  # time has jumped back; do the clocks agree now?
             for reader in by_topic[message.topic]:
                 reader.judge(message)

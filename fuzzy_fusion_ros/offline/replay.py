@@ -11,10 +11,12 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
+from fuzzy_fusion_ros.bag.block import Block
 from fuzzy_fusion_ros.bag.metadata import offered_qos
 from fuzzy_fusion_ros.bag.reader import BagReader, open_bag
 from fuzzy_fusion_ros.bag.topic import UNDESCRIBED, BagMessage, Topic
 from fuzzy_fusion_ros.bag.writer import BagWriter
+from fuzzy_fusion_ros.messages.explanation_rows import ExplanationRows
 from fuzzy_fusion_ros.messages.outputs import (
     EXPLANATION,
     EstimateMessages,
@@ -23,6 +25,7 @@ from fuzzy_fusion_ros.messages.outputs import (
     point_template,
 )
 from fuzzy_fusion_ros.offline.bag_fusion import BagChannels
+from fuzzy_fusion_ros.offline.bulk import Bulk
 from fuzzy_fusion_ros.offline.topics import Topics, explanation_prefix, explanation_topics
 from fuzzy_fusion_ros.offline.tracks import Progress
 from fuzzy_fusion_ros.online.mode_shares import ModeShares
@@ -56,7 +59,7 @@ def replay(
     parameters: Parameters,
     start_s: float | None = None,
     end_s: float | None = None,
-    progress: Progress = lambda messages: messages,
+    progress: Progress = lambda blocks: blocks,
     *,
     explained: bool = True,
 ) -> Replayed:
@@ -73,7 +76,7 @@ def replay(
         parameters: Of the fusion.
         start_s: Where to begin, seconds from the bag's first message.
         end_s: Where to end, before this.
-        progress: Passes the messages on.
+        progress: Passes blocks of messages on.
         explained: Whether to write the explanation topics beside the estimate.
 
     Raises:
@@ -96,13 +99,18 @@ def replay(
         for name, msgtype in station.outputs.items():
             writer.add_topic(name, msgtype, qos=[offered_qos()])
         kept = [name for name in bag.topics if name not in written]
-        for message in progress(bag.messages(kept, start_s, end_s)):
-            for out in station.before(message.log_ns):
-                writer.write(*out)
-            writer.write(*message)
-            copied += 1
-            for out in station.on_message(message):
-                writer.write(*out)
+        for block in progress(bag.blocks(kept, start_s, end_s)):
+            copied += block.at.size
+            whole = station.on_block(block)
+            if whole is not None:
+                writer.write_block(whole)
+                continue
+            for message in block.messages():
+                for out in station.before(message.log_ns):
+                    writer.write(*out)
+                writer.write(*message)
+                for out in station.on_message(message):
+                    writer.write(*out)
     if not station.written:
         raise BagError(f"bag {str(bag.path)!r} gives no estimate: {station.why_none()}")
     return station.result(copied)
@@ -173,9 +181,31 @@ class _Station:
         for prefix in self._prefixes.values() if explained else ():
             self.outputs |= {prefix + name: kind for name, kind in EXPLANATION.items()}
         self._modes = {name: ModeShares() for name in channels}
+        first = next(iter(channels))
+        self._bulk = Bulk(
+            topics,
+            own[first],
+            channels[first].codecs,
+            self._estimates,
+            ExplanationRows(bag.types) if explained else None,
+            self.outputs,
+            bag.topics[topics.s1].message_count or 0,
+        )
         self._unwritable = 0
         self._obstacle = ""
         self.written = 0
+
+    def on_block(self, block: Block) -> Block | None:
+        """Return messages with what they bring about; ``None`` if they must go one by one."""
+        channels = self._fusion.channels
+        if len(channels) > 1:  # they share messages
+            return None
+        ((name, channel),) = channels.items()
+        brought = self._bulk.follow(block, channel.fusion, self._modes[name])
+        if brought is None:
+            return None
+        self.written += brought.estimates
+        return brought.block
 
     def before(self, log_ns: int) -> Iterator[BagMessage]:
         """Yield what ticks bring about by the time of the next message."""

@@ -6,11 +6,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
-from fuzzy_fusion_ros.bag.topic import BagMessage
+from fuzzy_fusion_ros.bag.block import Block
 from fuzzy_fusion_ros.batch.arrays import Reals, Stamps
 
-Progress = Callable[[Iterable[BagMessage]], Iterable[BagMessage]]
-"""Passes messages on and shows how far the work is."""
+Progress = Callable[[Iterable[Block]], Iterable[Block]]
+"""Passes blocks of messages on and shows how far the work is."""
 
 
 class Track(NamedTuple):

@@ -7,7 +7,7 @@ always give the same estimates.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from fuzzy_fusion_ros.core.estimator import WAITING, Estimate
 from fuzzy_fusion_ros.core.periodic import turns
@@ -21,6 +21,20 @@ from fuzzy_fusion_ros.self_tuning import estimator_for, in_use
 
 NOTHING_YET = Sample(0, 0.0)
 """In place of a sample of S2 before there is one."""
+
+
+class Standing(NamedTuple):
+    """Where a fusion stands between two samples.
+
+    Attributes:
+        state: The state of the estimator.
+        estimated_ns: Stamp of the newest estimate, 0 before the first, nanoseconds.
+        s2: The newest sample of S2, with its message.
+    """
+
+    state: Any
+    estimated_ns: int
+    s2: Sample
 
 
 class Fusion:
@@ -114,6 +128,19 @@ class Fusion:
     def clock_problem(self) -> str:
         """Describe the offset between the sensors' clocks, ``""`` while it does no harm."""
         return self._intake.clock_problem()
+
+    def is_settled(self) -> bool:
+        """Return whether nothing is held: the next sample decides about itself alone."""
+        return self._intake.is_settled()
+
+    @property
+    def standing(self) -> Standing:
+        """Where it stands; replaced by where the same samples have led elsewhere."""
+        return Standing(self._state, self._estimated_ns, self._s2)
+
+    @standing.setter
+    def standing(self, standing: Standing) -> None:
+        self._state, self._estimated_ns, self._s2 = standing
 
     def finish(self) -> None:
         """Count the samples that are still held as dropped, at the end of the input."""

@@ -7,6 +7,7 @@ import enum
 import math
 import statistics
 from collections import Counter, deque
+from collections.abc import Sequence
 
 from fuzzy_fusion_ros.core.numerics import seconds_between
 from fuzzy_fusion_ros.core.sample import Sample
@@ -112,6 +113,36 @@ class Guard:
             self.left_ns = None
         self.in_a_row += 1
         self.admitted += 1
+
+    @property
+    def interval(self) -> float:
+        """Time between samples, followed, seconds; 0 before the second."""
+        return self._interval
+
+    def admit_run(
+        self,
+        first_ns: int,
+        newest_ns: int,
+        samples: int,
+        interval: float,
+        delays_ns: Sequence[int],
+    ) -> None:
+        """Admit a run of samples of one timeline, each newer than the last.
+
+        Args:
+            first_ns: Stamp of the first.
+            newest_ns: Stamp of the last; a timeline that was left goes on after it, if at all.
+            samples: How many they are.
+            interval: Time between samples after them, followed, seconds.
+            delays_ns: How long after their stamps the newest of them arrived, nanoseconds.
+        """
+        if self.newest_ns is None:
+            self.first_ns = first_ns
+        self.newest_ns = newest_ns
+        self._interval = interval
+        self.in_a_row += samples
+        self.admitted += samples
+        self.delays_ns.extend(delays_ns)
 
     def timeout(self, configured: float) -> float:
         """Return after how long without a sample the sensor counts as lost, seconds.

@@ -58,6 +58,10 @@ class Intake:
         """Take a tick of the timer, for ``trigger: timer``."""
         return Verdict(steps=(self._trigger.on_tick(),))
 
+    def is_settled(self) -> bool:
+        """Return whether nothing is held: the next sample decides about itself alone."""
+        return self._timeline.is_settled
+
     def clocks_known(self) -> bool:
         """Return whether enough samples of both sensors have arrived to compare their clocks."""
         return self.s1.delay is not None and self.s2.delay is not None

@@ -5,6 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fuzzy_fusion_ros.core.estimator import MODE_NAMES
 from fuzzy_fusion_ros.core.numerics import seconds_between
 
@@ -27,6 +30,17 @@ class ModeShares:
         if before_ns is None:
             return
         self._seconds[mode] += min(max(seconds_between(before_ns, stamp_ns), 0.0), LONGEST)
+
+    def see_all(self, modes: NDArray[np.int64], stamps_ns: NDArray[np.int64]) -> None:
+        """Take the next estimates in their order; sums are those of :meth:`see` to the bit."""
+        if not modes.size:
+            return
+        self.see(int(modes[0]), int(stamps_ns[0]))
+        lasted = np.minimum(np.maximum(np.diff(stamps_ns) * 1e-9, 0.0), LONGEST)
+        for mode in np.flatnonzero(np.bincount(modes[1:])).tolist():
+            own = lasted[modes[1:] == mode]
+            self._seconds[mode] = float(np.cumsum(np.append(self._seconds[mode], own))[-1])
+        self._stamp_ns, self._mode = int(stamps_ns[-1]), int(modes[-1])
 
     def shares(self) -> dict[str, float]:
         """Return the share of each mode, 0 to 1, by name; modes that never were are left out.

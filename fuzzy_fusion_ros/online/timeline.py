@@ -83,6 +83,11 @@ class Timeline:
         guard.admit(sample.stamp_ns)
         return Admission(((guard, sample),))
 
+    @property
+    def is_settled(self) -> bool:
+        """Whether nothing is held, and nothing speaks for another timeline."""
+        return not self._held and self._evidence == EVIDENCE
+
     def restart(self) -> Admission:
         """Start a new timeline with the samples that are held."""
         held, self._held = tuple(self._held), []

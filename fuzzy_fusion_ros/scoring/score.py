@@ -122,7 +122,7 @@ def score_bag(
     baselines: BaselineParameters | Fit | None = None,
     start_s: float | None = None,
     end_s: float | None = None,
-    progress: Progress = lambda messages: messages,
+    progress: Progress = lambda blocks: blocks,
 ) -> Score:
     """Read a bag and score a span of it; all filters have run from its first message on.
 
@@ -134,7 +134,7 @@ def score_bag(
             derived from the recording unless given.
         start_s: Where to begin, seconds from the bag's first message.
         end_s: Where to end, before this.
-        progress: Passes the messages on.
+        progress: Passes blocks of messages on.
 
     Raises:
         BagError: The bag cannot be read, or S1, S2 or the truth is not in it.

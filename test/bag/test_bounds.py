@@ -79,14 +79,14 @@ def test_a_run_of_records_ends_at_a_number(monkeypatch: pytest.MonkeyPatch) -> N
     record = struct.pack("<BQHIQQ", 5, 22, 1, 0, 7, 7)
     monkeypatch.setattr(records, "MOST_RECORDS", 5)
     for count in (1, 4, 5):
-        run = split_records(count * record, 0)
-        assert (len(run.messages), run.is_whole) == (count, True)
-    run = split_records(6 * record, 0)
-    assert (len(run.messages), run.is_whole) == (5, False)
+        run = split_records(count * record)
+        assert (len(run.places), run.is_whole) == (count, True)
+    run = split_records(6 * record)
+    assert (len(run.places), run.is_whole) == (5, False)
 
 
 def test_records_that_nobody_needs_take_no_memory() -> None:
-    run = split_records(10 * struct.pack("<BQ", 200, 0) + struct.pack("<BQB", 3, 1, 0), 0)
+    run = split_records(10 * struct.pack("<BQ", 200, 0) + struct.pack("<BQB", 3, 1, 0))
     assert (run.others, run.is_whole) == ([(3, b"\0")], True)
 
 

@@ -31,6 +31,7 @@ from mcap.writer import CompressionType, IndexType
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from fuzzy_fusion_ros.bag import BagMessage, BagWriter, open_bag
+from fuzzy_fusion_ros.bag.mcap import file
 from fuzzy_fusion_ros.parameters.errors import BagError
 
 Write = Callable[[Path, list[BagMessage]], Path]
@@ -322,7 +323,7 @@ def test_a_closed_bag_says_so(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("writer", ["our file", "rosbags, sqlite3"])
 def test_a_bag_that_is_closed_while_it_is_read_says_so(tmp_path: Path, writer: str) -> None:
-    bag = open_bag(WRITERS[writer](tmp_path / "bag", points(300)))
+    bag = open_bag(WRITERS[writer](tmp_path / "bag", points(20_000)))
     messages = bag.messages()
     next(messages)
     bag.close()
@@ -439,13 +440,16 @@ def test_messages_that_do_not_decompress_are_told(tmp_path: Path) -> None:
         assert problem.startswith("/s1: messages do not decompress")
 
 
-def test_memory_is_flat_in_the_length_of_a_bag(tmp_path: Path) -> None:
-    """Of 20,000 messages, never more than those of two chunks are alive at a time."""
+def test_memory_is_flat_in_the_length_of_a_bag(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of 20,000 messages, never more than those of two blocks are alive at a time."""
     import gc
     import tracemalloc
 
     path = write_bag(tmp_path / "bag", points(20_000, ["/s1", "/s2"]))
     gc.collect()
+    monkeypatch.setattr(file, "BLOCK_BYTES", 1 << 16)
     with open_bag(path) as bag:
         tracemalloc.start()
         before = tracemalloc.get_traced_memory()[0]

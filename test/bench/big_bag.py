@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,29 +16,36 @@ from fuzzy_fusion_ros.messages.outputs import POINT, point_template
 STEP_NS = 10_000_000
 JOINTS = "sensor_msgs/msg/JointState"
 
-RECORDING = (
-    ("/truth", POINT),
-    ("/joint_states", JOINTS),
-    ("/s2", POINT),
-    ("/s1", POINT),
-    ("/control", POINT),
+Topics = Sequence[tuple[str, str, int]]
+"""Topics, their types, and every how many steps there is a message."""
+
+RECORDING: Topics = (
+    ("/truth", POINT, 1),
+    ("/joint_states", JOINTS, 1),
+    ("/s2", POINT, 1),
+    ("/s1", POINT, 1),
+    ("/control", POINT, 1),
 )
-SENSORS = (("/s2", POINT), ("/s1", POINT))
+SENSORS: Topics = (("/s2", POINT, 10), ("/s1", POINT, 1))
 
 
-def write_bag(path: Path, messages: int, topics: Sequence[tuple[str, str]]) -> None:
+def write_bag(path: Path, messages: int, topics: Topics) -> None:
     """Write a bag.
 
     Args:
         path: Its directory.
         messages: How many messages, over all topics.
-        topics: Its topics and their types, one message of each per step.
+        topics: What is in it.
     """
     point = point_template(jazzy_types())
+    due = (
+        (step, topic, kind)
+        for step in itertools.count()
+        for topic, kind, every in topics
+        if step % every == 0
+    )
     with BagWriter(path) as writer:
-        for k in range(messages):
-            step, at = divmod(k, len(topics))
-            topic, kind = topics[at]
+        for step, topic, kind in itertools.islice(due, messages):
             stamp_ns = SECOND_NS + step * STEP_NS
             if kind == POINT:
                 wobble = 0.05 * math.sin(1.7 * step * step) if topic == "/s1" else 0.0

@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import sys
 
 import pytest
 
+from fuzzy_fusion_ros.cli import progress as progress_bars
 from fuzzy_fusion_ros.cli.progress import BARS
 from fuzzy_fusion_ros.jobs.progress import SILENT, Progress
 
@@ -35,6 +37,17 @@ def test_a_terminal_shows_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None
     assert list(BARS.over(iter("abc"), "counting", 3, " letters")) == ["a", "b", "c"]
     assert "counting" in terminal.getvalue()
     assert "0.00/3.00" in terminal.getvalue()
+
+
+def test_an_item_may_count_for_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    steps: list[int] = []
+
+    class Bar:
+        update = staticmethod(steps.append)
+
+    monkeypatch.setattr(progress_bars, "_bar", lambda **_: contextlib.nullcontext(Bar))
+    assert list(BARS.over(("ab", "c"), "spelling", 3, " letters", len)) == ["ab", "c"]
+    assert steps == [2, 1]
 
 
 def test_a_bar_is_moved_to_what_is_done(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,6 @@ import pytest
 from messages.worlds import World
 
 from fuzzy_fusion_ros.messages import ScalarCodec
-from fuzzy_fusion_ros.messages import columns as module
 from fuzzy_fusion_ros.messages.columns import ColumnReader, Columns
 from fuzzy_fusion_ros.parameters.errors import MessageError
 
@@ -36,6 +35,14 @@ def one_by_one(codecs: list[ScalarCodec], messages: list[tuple[bytes, int]]) -> 
             lacking[k, place] = False
     received = np.array([received_ns for _, received_ns in messages], np.int64)
     return Columns(stamps, np.zeros(n, np.bool_), received, values, lacking)
+
+
+def add(reader: ColumnReader, messages: list[tuple[bytes, int]]) -> None:
+    """Give a reader messages and their times of receipt, one behind the other in a buffer."""
+    sizes = np.array([len(data) for data, _ in messages], np.int64)
+    received = np.array([received_ns for _, received_ns in messages], np.int64)
+    data = b"".join(data for data, _ in messages)
+    reader.add(data, np.cumsum(sizes) - sizes, sizes, received)
 
 
 def require_equal(found: Columns, expected: Columns) -> None:
@@ -67,18 +74,15 @@ def joints(world: World, generator: random.Random, sizes: int) -> bytes:
     ],
 )
 @pytest.mark.parametrize("sizes", [3, 9])
-def test_columns_are_what_each_message_holds(
-    world: World, monkeypatch: pytest.MonkeyPatch, fields: list[str], sizes: int
-) -> None:
-    monkeypatch.setattr(module, "BLOCK", 64)  # several blocks, the last one not full
+def test_columns_are_what_each_message_holds(world: World, fields: list[str], sizes: int) -> None:
     generator = random.Random(sizes)
     codecs = [ScalarCodec(world.types, JOINT_STATE, field) for field in fields]
     messages = [(joints(world, generator, sizes), 100 + k) for k in range(300)]
     messages[20] = (b"\0\1\0\0no message at all", 120)
     messages[21] = (b"", 121)
     reader = ColumnReader(codecs)
-    for data, received_ns in messages:
-        reader.add(data, received_ns)
+    for k in range(0, 300, 64):  # several blocks, the last one not full
+        add(reader, messages[k : k + 64])
     require_equal(reader.columns(), one_by_one(codecs, messages))
 
 
@@ -97,14 +101,13 @@ def test_every_number_in_either_byte_order(rosbags: World) -> None:
     codecs = [ScalarCodec(rosbags.types, "test_msgs/msg/Numbers", field) for field in fields]
     data = rosbags.data("test_msgs/msg/Numbers", values)
     reader = ColumnReader(codecs)
-    for received_ns in range(3):
-        reader.add(data, received_ns)
+    add(reader, [(data, received_ns) for received_ns in range(3)])
     found = reader.columns()
     assert found.values[:, 2].tolist() == [-5.0, 200.0, -(2.0**40), 2.0**50, 1.5, 2.0, 8.0]
     assert found.stamps_ns.tolist() == [0, 1, 2]  # it has no stamp
     big = b"\0\0\0\0" + struct.pack(">iIIxxxx3d", 7, 8, 1, 2.5, 0.0, 0.0)
     point = ColumnReader([ScalarCodec(rosbags.types, POINT)])
-    point.add(big, 0)
+    add(point, [(big, 0)])
     assert point.columns().values.tolist() == [[2.5]]
     assert point.columns().stamps_ns.tolist()[0] == 7_000_000_008
 
@@ -115,7 +118,7 @@ def test_nanoseconds_of_a_second_or_more_are_marked(world: World, first: int) ->
     for k in range(4):
         nanoseconds = 2_000_000_000 if k % 2 == first else 5
         stamp = {"header.stamp.sec": k, "header.stamp.nanosec": nanoseconds}
-        reader.add(world.data(POINT, stamp | {"point.x": float(k)}), 0)
+        add(reader, [(world.data(POINT, stamp | {"point.x": float(k)}), 0)])
     found = reader.columns()
     assert found.overflows.tolist() == [k % 2 == first for k in range(4)]
     assert found.values.tolist() == [[0.0, 1.0, 2.0, 3.0]]
@@ -124,7 +127,7 @@ def test_nanoseconds_of_a_second_or_more_are_marked(world: World, first: int) ->
 def test_nanoseconds_are_marked_where_a_name_is_looked_up(world: World) -> None:
     reader = ColumnReader([ScalarCodec(world.types, JOINT_STATE, "name=pole:position")])
     joint = {"name": ["pole"], "position": [1.0]}
-    reader.add(world.data(JOINT_STATE, joint | {"header.stamp.nanosec": 10**9}), 0)
+    add(reader, [(world.data(JOINT_STATE, joint | {"header.stamp.nanosec": 10**9}), 0)])
     found = reader.columns()
     assert found.overflows.tolist() == [True]
     assert found.lacking.tolist() == [[False]]

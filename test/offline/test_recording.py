@@ -256,4 +256,4 @@ def test_messages_can_be_watched(tmp_path: Path) -> None:
             Parameters(),
             progress=lambda found: (seen.append(each) or each for each in found),
         )
-    assert len(seen) == 310
+    assert sum(each.at.size for each in seen) == 310

@@ -20,6 +20,7 @@ from fuzzy_fusion_ros.bag import (
     offered_qos,
     open_bag,
 )
+from fuzzy_fusion_ros.bag.mcap import file
 from fuzzy_fusion_ros.batch.series import fusion, run
 from fuzzy_fusion_ros.offline.replay import Replayed, _declare, differences, replay
 from fuzzy_fusion_ros.offline.topics import Topics
@@ -273,7 +274,8 @@ def test_messages_without_a_header_can_be_fused(tmp_path: Path) -> None:
     assert messages(tmp_path / "out", ["/estimate"])[9].data == float_data(1.0)
 
 
-def test_memory_does_not_grow_with_the_bag(tmp_path: Path) -> None:
+def test_memory_does_not_grow_with_the_bag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(file, "BLOCK_BYTES", 1 << 14)
     peaks = []
     for name, seconds in {"warm": 5.0, "short": 10.0, "long": 80.0}.items():
         source = write_scalars(tmp_path / name, swing(seconds))

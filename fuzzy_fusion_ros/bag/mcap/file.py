@@ -9,13 +9,16 @@ skips one chunk, and because it takes 0.6 of rosbags' CPU time per message and 0
 from __future__ import annotations
 
 import contextlib
-from bisect import bisect_left
-from collections.abc import Callable, Collection, Iterator, Set
+from collections.abc import Callable, Collection, Iterator, Sequence, Set
 from pathlib import Path
+from typing import NamedTuple
 
+import numpy as np
 from mcap.opcode import Opcode
 from mcap.records import Channel
+from numpy.typing import NDArray
 
+from fuzzy_fusion_ros.bag.block import BLOCK_BYTES, Block, one_by_one, together
 from fuzzy_fusion_ros.bag.mcap.index import (
     McapIndex,
     Segment,
@@ -24,15 +27,61 @@ from fuzzy_fusion_ros.bag.mcap.index import (
     index_from_summary,
     read_at,
 )
-from fuzzy_fusion_ros.bag.mcap.records import DAMAGE, HEAD, Records, split_records
+from fuzzy_fusion_ros.bag.mcap.records import (
+    DAMAGE,
+    HEAD,
+    MESSAGE,
+    MESSAGE_FIELDS,
+    MESSAGE_HEAD,
+    find_messages,
+)
 from fuzzy_fusion_ros.bag.mcap.scan import McapScan
 from fuzzy_fusion_ros.bag.metadata import MetadataError, qos_from_text
 from fuzzy_fusion_ros.bag.topic import MOST_TOPICS, BagMessage, Definition, Topic
+from fuzzy_fusion_ros.messages.gather import gathered
 from fuzzy_fusion_ros.messages.type_names import normalise_type_name
 from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
 
 _ORDER_BITS = 32  # messages are ordered by their segment, then by their place in it
-_Entry = tuple[int, int, int, bytes]
+_CHANNELS = 1 << 16
+
+
+class _Ordered(NamedTuple):
+    """Messages in order, and what orders those of equal log times, shape (n,)."""
+
+    block: Block
+    rank: NDArray[np.int64]
+
+    def after(self, first: int) -> _Ordered | None:
+        """Return those from one on, with no other bytes; None if there are none."""
+        rest = self.block.chosen(slice(first, None))
+        if not rest.at.size:
+            return None
+        data = [rest.data[at : at + size] for at, size in zip(rest.at, rest.sizes, strict=True)]
+        begins = np.cumsum(rest.sizes) - rest.sizes
+        return _Ordered(rest._replace(data=b"".join(data), at=begins), self.rank[first:])
+
+
+def _merged(one: _Ordered | None, other: _Ordered) -> _Ordered:
+    if one is None:
+        return other
+    block = together([one.block, other.block])
+    return _in_order(_Ordered(block, np.concatenate([one.rank, other.rank])))
+
+
+def _in_order(found: _Ordered) -> _Ordered:
+    steps = np.diff(found.block.log_ns)
+    if not ((steps < 0) | ((steps == 0) & (np.diff(found.rank) < 0))).any():
+        return found
+    order = np.lexsort((found.rank, found.block.log_ns))
+    return _Ordered(found.block.chosen(order), found.rank[order])
+
+
+class _Loaded(NamedTuple):
+    """A segment and its records."""
+
+    segment: Segment
+    data: bytes
 
 
 class McapFile:
@@ -72,7 +121,10 @@ class McapFile:
             self._file.close()
             raise BagError(f"{str(path)!r}: {error}") from error
         self._segments = sorted(self._index.segments)
+        places = sorted(each.offset for each in self._segments)
+        self._ranks = {place: rank << _ORDER_BITS for rank, place in enumerate(places)}
         self.topics = list(self._channels.values())
+        self._names = tuple((each.name, each.msgtype) for each in self.topics)
         self.start_ns = self._index.start_ns
         self.end_ns = self._index.end_ns
 
@@ -83,7 +135,13 @@ class McapFile:
     def messages(
         self, names: Collection[str] | None, start_ns: int, stop_ns: int
     ) -> Iterator[BagMessage]:
+        """Return the messages of :meth:`blocks` one by one."""
+        return one_by_one(self.blocks(names, start_ns, stop_ns))
+
+    def blocks(self, names: Collection[str] | None, start_ns: int, stop_ns: int) -> Iterator[Block]:
         """Yield messages in the order of their log times, equal ones in that of the file.
+
+        A block comes as soon as no later segment can come before its end.
 
         Args:
             names: The topics; None for all.
@@ -93,15 +151,20 @@ class McapFile:
         Raises:
             BagError: The file was closed in between.
         """
-        wanted = {
-            channel: (topic.name, topic.msgtype)
-            for channel, topic in self._channels.items()
-            if names is None or topic.name in names
-        }
-        for entries in self._batches(wanted.keys(), start_ns, stop_ns):
-            for log_ns, _, channel, data in entries:
-                name, msgtype = wanted[channel]
-                yield BagMessage(name, msgtype, log_ns, data)
+        kinds = np.full(_CHANNELS, -1, np.int64)
+        for kind, (number, topic) in enumerate(self._channels.items()):
+            if names is None or topic.name in names:
+                kinds[number] = kind
+        waiting: _Ordered | None = None
+        for group in self._groups(set(np.flatnonzero(kinds >= 0).tolist()), start_ns, stop_ns):
+            if waiting is not None:
+                final = int(np.searchsorted(waiting.block.log_ns, group[0].segment.start_ns))
+                if final:
+                    yield waiting.block.chosen(slice(final))
+                    waiting = waiting.after(final)
+            waiting = _merged(waiting, self._ordered(group, kinds, start_ns, stop_ns))
+        if waiting is not None:
+            yield waiting.block
 
     def _find_messages(self, size: int) -> McapIndex:
         try:
@@ -111,28 +174,53 @@ class McapFile:
                 self._note(str(error) if size else "it is empty")
             return McapScan(self._file, size, self._note).index()
 
-    def _batches(self, wanted: Set[int], start_ns: int, stop_ns: int) -> Iterator[list[_Entry]]:
-        """Yield entries in order, as soon as no later segment can come before them."""
-        waiting: list[_Entry] = []
+    def _groups(self, wanted: Set[int], start_ns: int, stop_ns: int) -> Iterator[list[_Loaded]]:
+        """Yield the contents of segments: one, then so many at a time that arrays are worth it."""
+        group: list[_Loaded] = []
+        size = BLOCK_BYTES
         for segment in self._segments:
             if segment.start_ns >= stop_ns:
                 break
             channels = segment.channels
             if segment.end_ns < start_ns or (channels and channels.isdisjoint(wanted)):
                 continue
-            final = bisect_left(waiting, (segment.start_ns,))
-            yield waiting[:final]
-            entries = [
-                each
-                for each in self._load(segment).messages
-                if each[2] in wanted and start_ns <= each[0] < stop_ns
-            ]
-            waiting = waiting[final:] + entries
-            waiting.sort()
-        yield waiting
+            group.append(_Loaded(segment, self._load(segment)))
+            size += len(group[-1].data)
+            if size >= BLOCK_BYTES:
+                yield group
+                group, size = [], 0
+        if group:
+            yield group
 
-    def _load(self, segment: Segment) -> Records:
-        """Return what is whole in a segment."""
+    def _ordered(
+        self, group: Sequence[_Loaded], kinds: NDArray[np.int64], start_ns: int, stop_ns: int
+    ) -> _Ordered:
+        """Return the messages of segments that are wanted, in order."""
+        contents = [each.data for each in group]
+        data, places, whole = find_messages(contents)
+        heads = gathered(data, places, MESSAGE_HEAD)
+        begins = np.cumsum([0, *map(len, contents)])
+        of_segment = np.searchsorted(begins[1:], places, side="right")
+        log_ns = heads["log_ns"]
+        early = log_ns < np.array([each.segment.start_ns for each in group], np.uint64)[of_segment]
+        for k, (segment, _) in enumerate(group):
+            if early.any() and early[of_segment == k].any():
+                self._note_on(
+                    segment, "also holds earlier messages: messages may come out of order"
+                )
+            elif not whole[k]:
+                self._note_on(segment, "ends within a record")
+        of = kinds[heads["channel"]]
+        there = np.flatnonzero((of >= 0) & (log_ns >= start_ns) & (log_ns < stop_ns))
+        ranks = np.array([self._ranks[each.segment.offset] for each in group], np.int64)
+        rank = (ranks - begins[:-1])[of_segment[there]] + places[there]
+        sizes = heads["length"][there].astype(np.int64) - MESSAGE_FIELDS
+        times = log_ns[there].astype(np.int64)
+        block = Block(data, places[there] + MESSAGE.size, sizes, times, of[there], self._names)
+        return _in_order(_Ordered(block, rank))
+
+    def _load(self, segment: Segment) -> bytes:
+        """Return the records of a segment; none if it is damaged."""
         if self._file.closed:
             raise BagError(f"{self._file.name!r} was closed while it was being read")
         try:
@@ -141,18 +229,16 @@ class McapFile:
                 if not data.startswith(HEAD.pack(Opcode.CHUNK, segment.length - HEAD.size)):
                     raise ValueError("no chunk there")
                 data = chunk_data(data[HEAD.size :])
-            run = split_records(data, segment.offset << _ORDER_BITS)
-            problem = "" if run.is_whole else "ends within a record"
         except DAMAGE as error:
-            run, problem = Records([], [], is_whole=False), f"is damaged and skipped ({error})"
-        if run.messages and min(run.messages)[0] < segment.start_ns:
-            problem = "also holds earlier messages: messages may come out of order"
-        if problem:
-            self._note(
-                f"the chunk at byte {segment.offset}, log times {segment.start_ns} to "
-                f"{segment.end_ns} ns, {problem}"
-            )
-        return run
+            self._note_on(segment, f"is damaged and skipped ({error})")
+            return b""
+        return data
+
+    def _note_on(self, segment: Segment, problem: str) -> None:
+        self._note(
+            f"the chunk at byte {segment.offset}, log times {segment.start_ns} to "
+            f"{segment.end_ns} ns, {problem}"
+        )
 
     def _topics(self) -> dict[int, Topic]:
         channels = self._index.channels

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import BinaryIO, NamedTuple
 
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, ChunkIndex, Schema, Statistics
+from mcap.records import Channel, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC
 
 from fuzzy_fusion_ros.bag.compression import decompress
@@ -23,6 +23,12 @@ from fuzzy_fusion_ros.bag.mcap.records import DAMAGE, HEAD, decode, split_record
 CHUNK_FIELDS = 8 + 8 + 8 + 4 + 4 + 8
 """What the length of a chunk counts besides the name of its compression and its data."""
 
+_CHUNK = struct.Struct("<QQQII")
+"""A chunk's times, size and checksum when decompressed, and the length of its compression's name"""
+_LENGTH = struct.Struct("<Q")
+_CHUNK_INDEX = struct.Struct("<QQQQI")
+"""A chunk's times, its begin and length, and the length of what says where its indexes are."""
+_INDEX_ENTRY = struct.Struct("<HQ")
 _FOOTER = struct.Struct("<QQI")
 _TAIL_BYTES = HEAD.size + _FOOTER.size + len(MCAP0_MAGIC)
 
@@ -125,15 +131,16 @@ def chunk_data(content: bytes) -> bytes:
     Raises:
         One of ``DAMAGE``: The chunk is damaged, too large, or its compression is unknown.
     """
-    chunk = decode(Opcode.CHUNK, content)
-    if not isinstance(chunk, Chunk):
-        raise TypeError("this is not a chunk")
-    if CHUNK_FIELDS + len(chunk.compression) + len(chunk.data) != len(content):
+    _, _, size, checksum, name_length = _CHUNK.unpack_from(content)
+    begin = _CHUNK.size + name_length
+    (length,) = _LENGTH.unpack_from(content, begin)
+    if CHUNK_FIELDS + name_length + length != len(content):
         raise ValueError("its lengths are inconsistent")
-    data = decompress(chunk.compression, chunk.data, chunk.uncompressed_size)
-    if len(data) != chunk.uncompressed_size:
-        raise ValueError(f"it holds {len(data)} bytes instead of {chunk.uncompressed_size}")
-    if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
+    compression = content[_CHUNK.size : begin].decode()
+    data = decompress(compression, content[begin + _LENGTH.size :], size)
+    if len(data) != size:
+        raise ValueError(f"it holds {len(data)} bytes instead of {size}")
+    if checksum and zlib.crc32(data) != checksum:
         raise ValueError("its checksum does not match")
     return data
 
@@ -142,20 +149,20 @@ def _index_from_records(data: bytes, limit: int) -> McapIndex:
     """Return the index in the records of a summary that begins at byte ``limit``."""
     index = McapIndex()
     statistics = None
-    known: dict[frozenset[int], frozenset[int]] = {}  # chunks by the thousand hold the same topics
-    run = split_records(data, 0)
+    known: dict[frozenset[int], frozenset[int]] = {}
+    run = split_records(data)
     if not run.is_whole:
         raise SummaryError("its summary is damaged")
     try:
         for opcode, content in run.others:
+            if opcode == Opcode.CHUNK_INDEX:
+                index.segments.append(_segment(content, limit, known))
+                continue
             record = decode(opcode, content)
             if isinstance(record, Schema):
                 index.schemas[record.id] = record
             elif isinstance(record, Channel):
                 index.channels[record.id] = record
-            elif isinstance(record, ChunkIndex):
-                channels = frozenset(record.message_index_offsets)
-                index.segments.append(_segment(record, limit, known.setdefault(channels, channels)))
             elif isinstance(record, Statistics):
                 statistics = record
     except DAMAGE as error:
@@ -164,18 +171,17 @@ def _index_from_records(data: bytes, limit: int) -> McapIndex:
     return index
 
 
-def _segment(chunk: ChunkIndex, limit: int, channels: frozenset[int]) -> Segment:
-    start, length = chunk.chunk_start_offset, chunk.chunk_length
+def _segment(content: bytes, limit: int, known: dict[frozenset[int], frozenset[int]]) -> Segment:
+    """Return what the index of a chunk says; chunks by the thousand hold the same topics."""
+    start_ns, end_ns, start, length, size = _CHUNK_INDEX.unpack_from(content)
     if start + length > limit:
         raise ValueError("it places a chunk outside the file")
-    return Segment(
-        chunk.message_start_time,
-        start,
-        length,
-        chunk.message_end_time,
-        channels or None,
-        is_chunk=True,
-    )
+    entries = content[_CHUNK_INDEX.size : _CHUNK_INDEX.size + size]
+    if len(entries) != size:
+        raise ValueError("the index of a chunk is cut off")
+    channels = frozenset(channel for channel, _ in _INDEX_ENTRY.iter_unpack(entries))
+    channels = known.setdefault(channels, channels)
+    return Segment(start_ns, start, length, end_ns, channels or None, is_chunk=True)
 
 
 def _take_statistics(index: McapIndex, statistics: Statistics | None) -> None:

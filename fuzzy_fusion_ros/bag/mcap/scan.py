@@ -117,11 +117,13 @@ class McapScan:
 
     def _take_chunk(self, position: int, end: int) -> None:
         content = read_at(self._file, position + HEAD.size, end - position - HEAD.size)
-        run = split_records(chunk_data(content), 0)
+        run = split_records(chunk_data(content))
         if not run.is_whole:
             self._note(f"the chunk at byte {position} ends within a record")
         self._describe(run.others)
-        self._add_segment(position, end, [(each[0], each[2]) for each in run.messages], True)
+        heads = run.heads()
+        found = list(zip(heads["log_ns"].tolist(), heads["channel"].tolist(), strict=True))
+        self._add_segment(position, end, found, True)
 
     def _take_message(self, position: int, end: int) -> int:
         """Add a message outside chunks to the current run of them."""

@@ -15,7 +15,9 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import zstandard
 from mcap.opcode import Opcode
 from mcap.records import (
@@ -33,11 +35,20 @@ from mcap.records import (
     SummaryOffset,
 )
 from mcap.writer import MCAP0_MAGIC
+from numpy.typing import NDArray
 
-from fuzzy_fusion_ros.bag.mcap.records import MESSAGE, MESSAGE_FIELDS, encode
+from fuzzy_fusion_ros.bag.block import BLOCK_BYTES, Block
+from fuzzy_fusion_ros.bag.mcap.records import MESSAGE, MESSAGE_FIELDS, MESSAGE_HEAD, encode
+from fuzzy_fusion_ros.messages.gather import gathered, scatter
 
 CHUNK_BYTES = 128 * 1024
 CHUNK_SPAN_NS = 1_000_000_000
+
+_LEVEL = 1
+"""Of compression: half of the default level's time, at no larger size on recordings of sensors."""
+
+_ENTRY = struct.Struct("<QQ")
+"""An entry of a message index: log time and offset."""
 
 _Message = tuple[int, int, bytes]  # channel id, log time in ns, data
 
@@ -73,7 +84,7 @@ class McapWriter:
             OSError: It cannot be created.
         """
         self._file = path.open("xb", buffering=0)
-        self._compressor = zstandard.ZstdCompressor()
+        self._compressor = zstandard.ZstdCompressor(level=_LEVEL)
         self._descriptions: list[Schema | Channel] = []
         self._chunk_indexes: list[bytes] = []
         self._pending_bytes = 0
@@ -140,25 +151,62 @@ class McapWriter:
         done = self._progress
         if not done.pending:
             return
-        descriptions = self._descriptions[done.described :]
-        chunk, entries = _build_chunk(descriptions, done.pending, self._compressor)
+        descriptions = encode(self._descriptions[done.described :])
+        self._put_chunk(*_records(descriptions, done.pending))
+        self._pending_bytes = 0
+
+    def write_block(self, block: Block, channels: NDArray[np.uint16]) -> bool:
+        """Write messages that lie side by side, as chunks of their own; return whether any was.
+
+        Args:
+            block: The messages.
+            channels: The channel of each, shape (n,).
+
+        Raises:
+            OSError: A chunk cannot be written; the file still ends with a whole one.
+        """
+        self.flush()
+        ends = np.cumsum(block.sizes + MESSAGE.size)
+        begin, n = 0, ends.size
+        while begin < n:
+            least = (ends[begin - 1] if begin else 0) + BLOCK_BYTES
+            end = min(int(np.searchsorted(ends, least)) + 1, n)
+            part = slice(begin, end)
+            descriptions = encode(self._descriptions[self._progress.described :])
+            self._put_chunk(*_records_of(descriptions, block.chosen(part), channels[part]))
+            begin = end
+        return n > 0
+
+    def _put_chunk(self, raw: bytes, entries: dict[int, bytes], span_ns: tuple[int, int]) -> None:
+        """Write a chunk of all descriptions so far and of messages; nothing is pending after it.
+
+        Args:
+            raw: Its records.
+            entries: Per channel the log times and offsets of its messages, alternating.
+            span_ns: The earliest and the latest log time.
+
+        Raises:
+            OSError: It cannot be written; the file still ends with a whole one.
+        """
+        done = self._progress
+        start_ns, end_ns = span_ns
+        compressed = self._compressor.compress(raw)
+        chunk = Chunk("zstd", compressed, end_ns, start_ns, zlib.crc32(raw), len(raw))
         record = encode([chunk])
         indexes = {each: _message_index(each, places) for each, places in entries.items()}
         data = b"".join([record, *indexes.values()])
         self._put(done.end, data)
         del self._chunk_indexes[done.chunks :]
         self._chunk_indexes.append(encode([_chunk_index(chunk, done.end, len(record), indexes)]))
-        start_ns = chunk.message_start_time
+        counts = {each: len(places) // _ENTRY.size for each, places in entries.items()}
         self._progress = _Progress(
             end=done.end + len(data),
             chunks=done.chunks + 1,
-            described=done.described + len(descriptions),
-            counts=done.counts
-            + Counter({each: len(places) // 2 for each, places in entries.items()}),
+            described=len(self._descriptions),
+            counts=done.counts + Counter(counts),
             start_ns=start_ns if done.start_ns is None else min(done.start_ns, start_ns),
-            end_ns=max(done.end_ns, chunk.message_end_time),
+            end_ns=max(done.end_ns, end_ns),
         )
-        self._pending_bytes = 0
 
     def finish(self, metadata: str) -> None:
         """Write what is pending, then rosbag2's metadata, the summary and the footer.
@@ -228,34 +276,59 @@ class McapWriter:
         return body + footer + struct.pack("<I", zlib.crc32(body + footer))
 
 
-def _build_chunk(
-    descriptions: Iterable[Schema | Channel],
-    messages: Iterable[_Message],
-    compressor: zstandard.ZstdCompressor,
-) -> tuple[Chunk, dict[int, list[int]]]:
-    """Return a chunk, and per channel the log times and offsets in it, alternating."""
-    parts = [encode(descriptions)]
-    position = len(parts[0])
-    entries: dict[int, list[int]] = defaultdict(list)
+def _records(
+    descriptions: bytes, messages: Iterable[_Message]
+) -> tuple[bytes, dict[int, bytes], tuple[int, int]]:
+    """Return what :meth:`McapWriter._put_chunk` takes, of messages one by one."""
+    parts = [descriptions]
+    position = len(descriptions)
+    entries: dict[int, list[bytes]] = defaultdict(list)
     times = []
     for channel, log_ns, data in messages:
         length = MESSAGE_FIELDS + len(data)
         parts += MESSAGE.pack(Opcode.MESSAGE, length, channel, 0, log_ns, log_ns), data
-        entries[channel] += log_ns, position
+        entries[channel].append(_ENTRY.pack(log_ns, position))
         times.append(log_ns)
         position += 9 + length
-    raw = b"".join(parts)
-    chunk = Chunk(
-        "zstd", compressor.compress(raw), max(times), min(times), zlib.crc32(raw), position
-    )
-    return chunk, entries
+    places = {channel: b"".join(each) for channel, each in entries.items()}
+    return b"".join(parts), places, (min(times), max(times))
 
 
-def _message_index(channel: int, places: list[int]) -> bytes:
-    size = 8 * len(places)
-    return struct.pack(
-        f"<BQHI{len(places)}Q", Opcode.MESSAGE_INDEX, 2 + 4 + size, channel, size, *places
-    )
+def _records_of(
+    descriptions: bytes, block: Block, channels: NDArray[np.uint16]
+) -> tuple[bytes, dict[int, bytes], tuple[int, int]]:
+    """Return the same of messages side by side."""
+    ends = len(descriptions) + np.cumsum(block.sizes + MESSAGE.size)
+    begins = ends - block.sizes - MESSAGE.size
+    raw = bytearray(int(ends[-1]))
+    raw[: len(descriptions)] = descriptions
+    heads = np.zeros(begins.size, MESSAGE_HEAD)
+    heads["opcode"] = Opcode.MESSAGE
+    heads["length"] = block.sizes + MESSAGE_FIELDS
+    heads["channel"] = channels
+    heads["log_ns"] = heads["publish_ns"] = block.log_ns
+    scatter(raw, begins, heads)
+    for size in _different(block.sizes):
+        if size:
+            own = block.sizes == size
+            data = gathered(block.data, block.at[own], f"V{size}")
+            scatter(raw, begins[own] + MESSAGE.size, data)
+    entries = {}
+    for channel in np.flatnonzero(np.bincount(channels)).tolist():
+        own = channels == channel
+        entries[channel] = np.stack([block.log_ns[own], begins[own]], axis=1).tobytes()
+    return bytes(raw), entries, (int(block.log_ns.min()), int(block.log_ns.max()))
+
+
+def _different(numbers: NDArray[Any]) -> list[int]:
+    """Return the numbers that there are, rising; for few of them, faster than ``np.unique``."""
+    found = np.sort(numbers)
+    return found[np.append(True, found[1:] != found[:-1])].tolist() if found.size else []
+
+
+def _message_index(channel: int, entries: bytes) -> bytes:
+    size = len(entries)
+    return struct.pack("<BQHI", Opcode.MESSAGE_INDEX, 2 + 4 + size, channel, size) + entries
 
 
 def _chunk_index(chunk: Chunk, start: int, length: int, indexes: dict[int, bytes]) -> ChunkIndex:
