@@ -161,7 +161,7 @@ def _steps(s1: Stamped, s2: Stamped, start_ns: int) -> list[Finding]:
             behind = _behind(*parts)
             if abs(behind) > STEP:
                 since = (begin_ns - start_ns) * 1e-9
-                findings.append(_apart(behind, f" from {since:.1f} s on" if since else ""))
+                findings.append(_apart(behind, f", from {since:.1f} s on" if since else ""))
     return findings
 
 

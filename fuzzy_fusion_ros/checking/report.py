@@ -99,7 +99,7 @@ def _characters(check: Check) -> str:
 def _pair(check: Check) -> str:
     lines = []
     if math.isfinite(check.behind) and abs(check.behind) >= SHOWN:
-        lines.append(f"{apart(check.behind)} although both arrive together")
+        lines.append(f"when both arrive together, {apart(check.behind)}")
     if check.relation is not None:
         relation = check.relation
         way = "lags" if relation.lag >= 0.0 else "leads"

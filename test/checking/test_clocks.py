@@ -104,7 +104,7 @@ def test_one_clock_that_restarts() -> None:
         "timestamps of s1 jump back by 1.70e9 s at 30.0 s, those of s2 do not"
     )
     assert only(found.findings, "clock offset").text == (
-        "s2's stamps are 1.70e9 s ahead of s1's although both arrive together from 30.0 s on"
+        "s2's stamps are 1.70e9 s ahead of s1's although both arrive together, from 30.0 s on"
     )
     assert math.isnan(found.behind)
     assert not found.is_fine
