@@ -109,10 +109,12 @@ class FusionReport:
         new = [now - before for now, before in zip(absent, self._absent, strict=True)]
         self._absent = absent
         if new[0]:
-            text = f"{new[0]} estimates published without this channel, its field as in s2"
+            text = f"{new[0]} estimates published without this channel; its field is copied from s2"
             yield Summary(Level.WARN, text)
         if new[1]:
-            text = f"{new[1]} estimates not published since this channel has none of their stamp"
+            text = (
+                f"{new[1]} estimates not published because this channel has none with their stamp"
+            )
             yield Summary(Level.WARN, text)
 
     def _clocks(self, problem: str, node_time: NodeTime) -> list[Summary]:

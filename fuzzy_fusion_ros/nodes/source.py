@@ -84,8 +84,8 @@ class Sources:
         source = self._sources[name]
         if source.subscription.type_name != type_name:
             raise MessageError(
-                f"{name} is to be read as {source.subscription.type_name} and as {type_name}, but "
-                "a topic has one type: give all that read it the same"
+                f"{name} is configured as {source.subscription.type_name} and as {type_name}, but "
+                "a topic has one type: use the same type for both"
             )
         source.readers.append(reader)
         return source.subscription

@@ -65,11 +65,11 @@ class BagChannels:
             for note in each.notes()
         ]
         notes += [
-            f"{name}: {count} estimates written without it, its field as in S2"
+            f"{name}: {count} estimates written without it; its field is copied from S2"
             for name, count in self._joint.lacking.items()
         ]
         notes += [
-            f"{name}: {count} estimates not written since it has none of their stamp"
+            f"{name}: {count} estimates not written because it has none with their stamp"
             for name, count in self._joint.withheld.items()
         ]
         return notes

@@ -174,7 +174,7 @@ def test_the_field_of_a_channel_that_is_gone_is_that_of_s2(tmp_path: Path) -> No
     assert [value for _, value in found] == held
     alone = replayed(bag, tmp_path / "x", {**SHARED, **OWN["x"]})
     assert estimates(tmp_path / "out", "x") == estimates(alone, "x")
-    assert "y: 300 estimates written without it, its field as in S2" in notes
+    assert "y: 300 estimates written without it; its field is copied from S2" in notes
 
 
 def test_nothing_is_made_up_for_a_channel_of_which_s2_has_no_number(tmp_path: Path) -> None:
@@ -215,7 +215,7 @@ def test_a_shared_value_set_at_run_time_reaches_channels_without_their_own(
         ({"y.s2.field": "point.x", "y.s1.field": "point.x"}, "x and y both write point.x of"),
         (
             {"y.s2.type": "geometry_msgs/msg/Vector3Stamped", "y.s2.field": "vector.y"},
-            "/s2 is to be read as geometry_msgs/msg/PointStamped and as geometry_msgs/msg/Vector3",
+            "/s2 is configured as geometry_msgs/msg/PointStamped and as geometry_msgs/msg/Vector3",
         ),
         ({"y.estimate.type": "std_msgs/Float64"}, "that of x is .*PointStamped and that of y std_"),
         ({"channels": ["x", "s1"]}, "'s1' is a parameter"),
