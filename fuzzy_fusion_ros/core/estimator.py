@@ -172,7 +172,8 @@ def confronted(parameters: Parameters, kept: Sensors, late: float) -> Sensors:
         kept: What is kept of the sensors.
         late: How long after its stamp the sample came, seconds, on S1's stamps.
     """
-    belief, s1 = believe(parameters, kept.belief, kept.s1, kept.s2, late)
+    usual = kept.evidence.variance
+    belief, s1 = believe(parameters, kept.belief, kept.s1, kept.s2, late, usual)
     evidence = weighed(kept.evidence, parameters.s2.noise, belief.innovation, belief.variance)
     return Sensors(s1, kept.s2, belief, evidence)
 

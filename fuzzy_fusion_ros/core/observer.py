@@ -16,6 +16,16 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from fuzzy_fusion_ros.core.adaptation import (
+    Adaptation,
+    Confronted,
+    adapted,
+    adapts,
+    no_adaptation,
+    paused,
+    switched,
+    twins_on,
+)
 from fuzzy_fusion_ros.core.aggregator import (
     Aggregate,
     FiringStrengths,
@@ -33,8 +43,19 @@ from fuzzy_fusion_ros.core.covariance import (
     propagated,
     raised,
 )
-from fuzzy_fusion_ros.core.delay_line import DelayLine, delayed, empty_line, extended, shifted
-from fuzzy_fusion_ros.core.numerics import bounded, clamped, lag_gain, seconds_between
+from fuzzy_fusion_ros.core.delay_line import empty_line, extended, shifted
+from fuzzy_fusion_ros.core.model import (
+    Lagged,
+    Shown,
+    States,
+    carried,
+    corrected_states,
+    lag_gains,
+    no_states,
+    shown_at,
+    shown_on,
+)
+from fuzzy_fusion_ros.core.numerics import bounded, clamped, seconds_between
 from fuzzy_fusion_ros.parameters.fusion import AggregatorParameters, Parameters
 
 UNKNOWN = 1e4
@@ -48,25 +69,6 @@ EVIDENCE = 9.0
 """Rejected samples of S1 explain S2 if they lower the squared innovation by this many variances."""
 
 
-class Shown(NamedTuple):
-    """S1 on its way through S2's model.
-
-    Attributes:
-        lagged: S1 behind the lag, unit of the signal.
-        line: The recent past of that, for the delay.
-    """
-
-    lagged: float
-    line: DelayLine
-
-
-class Lagged(NamedTuple):
-    """S1's bias as it shows behind the lag, and behind the second lag that stands for the delay."""
-
-    first: float
-    second: float
-
-
 class Belief(NamedTuple):
     """What is believed of the signal, by what S2 has said.
 
@@ -75,27 +77,22 @@ class Belief(NamedTuple):
         s2_ns: Stamp of the newest of them.
         late: Longest time after its stamp that a sample of S2 came, seconds, on S1's stamps.
         stamp_ns: Stamp that ``covariance`` is for; 0 before the first S1 sample.
-        bias: What conditioned S1 is off by, unit of the signal.
-        slope: Its slope, unit of the signal per second.
-        through: The bias as S2 would show it.
-        shown: S1 as S2 would show it.
-        doubted: The same if the samples of S1 that are being rejected were right.
+        states: S1's bias and its slope, and what S2 would show.
+        doubted: S1 as S2 would show it if the samples that are being rejected were right.
         covariance: Of bias, slope and lags, in units of S2's noise variance.
         innovation: Of the newest sample of S2, unit of the signal: believed minus measured.
         variance: Expected square of that, in units of S2's noise variance.
         weight: W1 of that sample, 0 to 1: the share of the innovation that is not believed.
         drift: How much more than the innovation the signal is off by now, unit of the signal.
         strengths: Firing strengths at that sample.
+        adaptation: Factors of S2's lag and of S1's movements.
     """
 
     samples: int
     s2_ns: int
     late: float
     stamp_ns: int
-    bias: float
-    slope: float
-    through: Lagged
-    shown: Shown
+    states: States
     doubted: Shown
     covariance: Covariance
     innovation: float
@@ -103,6 +100,7 @@ class Belief(NamedTuple):
     weight: float
     drift: float
     strengths: FiringStrengths
+    adaptation: Adaptation
 
 
 def no_belief() -> Belief:
@@ -112,10 +110,7 @@ def no_belief() -> Belief:
         s2_ns=0,
         late=0.0,
         stamp_ns=0,
-        bias=0.0,
-        slope=0.0,
-        through=Lagged(0.0, 0.0),
-        shown=Shown(0.0, empty_line()),
+        states=no_states(),
         doubted=Shown(0.0, empty_line()),
         covariance=of_bias(0.0, 0.0, 0.0),
         innovation=0.0,
@@ -123,6 +118,7 @@ def no_belief() -> Belief:
         weight=1.0,
         drift=0.0,
         strengths=FiringStrengths(0.0, 0.0, 0.0, 0.0),
+        adaptation=no_adaptation(),
     )
 
 
@@ -155,28 +151,26 @@ def moved_on(
         return started(parameters, kept, before, s1, s2)
     dt = seconds_between(before.stamp_ns, s1.stamp_ns)
     step = s1.smooth.step
-    bias, through, shown = kept.bias, kept.through, kept.shown
+    states, adaptation = kept.states, kept.adaptation
     if step != 0.0:  # S1 has stepped, and has been off by that for as long as matters
-        bias = bounded(bias + step)
-        through = Lagged(bounded(through.first + step), bounded(through.second + step))
-        shown = Shown(bounded(shown.lagged + step), shifted(shown.line, step))
-    bias = bounded(bias + kept.slope * dt)
-    first, second = lag_gains(parameters, dt)
-    behind = bounded(through.first + first * (bias - through.first))
+        states = stepped(states, step, adaptation.scale.value)
+        adaptation = paused(adaptation)
+    reach = adaptation.lag.value * parameters.s2.delay + kept.late
+    if adapts(parameters.adapt, adaptation):
+        adaptation = switched(parameters.adapt, adaptation, states, before.smooth.value)
+        adaptation = twins_on(parameters.s2, adaptation, dt, s1.stamp_ns, s1.smooth.value, reach)
+    first, second = lag_gains(parameters.s2, adaptation.lag.value, dt)
+    shown = shown_on(states.shown, first, s1.stamp_ns, s1.smooth.value, reach)
     doubted = kept.doubted
-    reach = parameters.s2.delay + kept.late
     if s1.smooth.rejected > 0.0:
-        begun = kept.shown if before.smooth.rejected <= 0.0 else kept.doubted
+        begun = kept.states.shown if before.smooth.rejected <= 0.0 else kept.doubted
         doubted = shown_on(begun, first, s1.stamp_ns, s1.smooth.newest, reach)
     return Belief(
         samples=kept.samples,
         s2_ns=kept.s2_ns,
         late=kept.late,
         stamp_ns=kept.stamp_ns,
-        bias=bias,
-        slope=kept.slope,
-        through=Lagged(behind, bounded(through.second + second * (behind - through.second))),
-        shown=shown_on(shown, first, s1.stamp_ns, s1.smooth.value, reach),
+        states=carried(states, shown, dt, first, second),
         doubted=doubted,
         covariance=kept.covariance,
         innovation=kept.innovation,
@@ -184,33 +178,22 @@ def moved_on(
         weight=kept.weight,
         drift=kept.drift,
         strengths=kept.strengths,
+        adaptation=adaptation,
     )
 
 
-def shown_on(shown: Shown, gain: float, stamp_ns: int, value: float, reach: float) -> Shown:
-    """Return S1 through S2's model after another sample.
+def stepped(states: States, step: float, scale: float) -> States:
+    """Return the states after S1 has stepped, and been off by that for as long as matters.
 
     Args:
-        shown: As it was.
-        gain: Of the lag over the step, 0 to 1.
-        stamp_ns: Stamp of the sample.
-        value: The sample.
-        reach: How far back samples of S2 look, seconds.
+        states: As they were.
+        step: How far S1 has stepped.
+        scale: What its movements are multiplied by.
     """
-    lagged = bounded(shown.lagged + gain * (value - shown.lagged))
-    return Shown(lagged, extended(shown.line, stamp_ns, lagged, reach))
-
-
-def shown_at(parameters: Parameters, shown: Shown, newest_ns: int, stamp_ns: int) -> float:
-    """Return what S2 would show of S1 at a stamp.
-
-    Args:
-        parameters: All parameters, or their ``numbers``.
-        shown: S1 through S2's lag.
-        newest_ns: Stamp of S1's newest sample.
-        stamp_ns: The stamp of S2.
-    """
-    return delayed(shown.line, newest_ns, shown.lagged, stamp_ns, parameters.s2.delay)
+    shown = Shown(bounded(states.shown.lagged + step), shifted(states.shown.line, step))
+    off = scale * step
+    through = Lagged(bounded(states.through.first + off), bounded(states.through.second + off))
+    return States(bounded(states.bias + off), states.slope, through, shown)
 
 
 def started(
@@ -228,24 +211,23 @@ def started(
         s1: S1 with it.
         s2: S2 as held.
     """
-    bias, covariance = kept.bias, kept.covariance
+    states, covariance, adaptation = kept.states, kept.covariance, paused(kept.adaptation)
+    bias = 0.0
     if kept.stamp_ns == 0:
-        bias, covariance = 0.0, prior(parameters)
+        covariance = prior(parameters)
     else:
-        bias = bounded(bias + kept.slope * seconds_between(before.stamp_ns, s1.stamp_ns))
+        since = seconds_between(before.stamp_ns, s1.stamp_ns)
+        bias = bounded(states.bias + states.slope * since)
         dt = max(seconds_between(kept.stamp_ns, s1.stamp_ns), 0.0)
-        covariance = walked(parameters, covariance, s2.interval, dt)
+        covariance = walked(parameters, covariance, adaptation.lag.value, s2.interval, dt)
     value = s1.smooth.value
-    line = extended(empty_line(), s1.stamp_ns, value, parameters.s2.delay)
+    line = extended(empty_line(), s1.stamp_ns, value, adaptation.lag.value * parameters.s2.delay)
     return Belief(
         samples=kept.samples,
         s2_ns=kept.s2_ns,
         late=kept.late,
         stamp_ns=max(kept.stamp_ns, s1.stamp_ns),
-        bias=bias,
-        slope=kept.slope,
-        through=Lagged(bias, bias),
-        shown=Shown(value, line),
+        states=States(bias, states.slope, Lagged(bias, bias), Shown(value, line)),
         doubted=Shown(value, line),
         covariance=of_bias(covariance.cc, covariance.cb, covariance.bb),
         innovation=kept.innovation,
@@ -253,11 +235,17 @@ def started(
         weight=kept.weight,
         drift=kept.drift,
         strengths=kept.strengths,
+        adaptation=adaptation,
     )
 
 
 def believe(
-    parameters: Parameters, kept: Belief, s1: FastSensor, s2: SlowSensor, late: float
+    parameters: Parameters,
+    kept: Belief,
+    s1: FastSensor,
+    s2: SlowSensor,
+    late: float,
+    usual: float,
 ) -> tuple[Belief, FastSensor]:
     """Correct the belief by a sample of S2; rejected samples of S1 may turn out to be right.
 
@@ -267,39 +255,46 @@ def believe(
         s1: S1, conditioned.
         s2: S2, holding the sample.
         late: How long after its stamp it came, seconds, on S1's stamps.
+        usual: Mean square of late innovations, each over its variance, unit of the signal squared;
+            0 where none is known.
 
     Returns:
         The belief after it, and S1, moved to the rejected samples if these explain S2.
     """
     dt = max(seconds_between(kept.stamp_ns, s2.stamp_ns), 0.0)
-    p = walked(parameters, kept.covariance, s2.interval, dt)
-    shown, expected = kept.shown, kept.through.second + s2.value
-    innovation = bounded(shown_at(parameters, shown, s1.stamp_ns, s2.stamp_ns) - expected)
+    adaptation = kept.adaptation
+    factor, scale = adaptation.lag.value, adaptation.scale.value
+    p = walked(parameters, kept.covariance, factor, s2.interval, dt)
+    shown, expected = kept.states.shown, kept.states.through.second + s2.value
+    seen = shown_at(parameters.s2, factor, shown, s1.stamp_ns, s2.stamp_ns)
+    innovation = bounded(scale * seen - expected)
     strengths = rule_strengths(parameters.aggregator, innovation, s2)
     noise = noise_variance(parameters.aggregator, strengths)
     if s1.smooth.rejected > 0.0 and s2.samples > 1:
         margin = EVIDENCE * (p.m22 + noise) * parameters.s2.noise * parameters.s2.noise
-        doubted = shown_at(parameters, kept.doubted, s1.stamp_ns, s2.stamp_ns) - expected
+        at = shown_at(parameters.s2, factor, kept.doubted, s1.stamp_ns, s2.stamp_ns)
+        doubted = scale * at - expected
         if is_explained(doubted, innovation, margin):
-            shown, innovation = kept.doubted, bounded(doubted)
+            shown, innovation, adaptation = kept.doubted, bounded(doubted), paused(adaptation)
             s1 = FastSensor(s1.samples, s1.stamp_ns, s1.interval, stepped_to(s1.smooth.newest, 0.0))
             strengths = rule_strengths(parameters.aggregator, innovation, s2)
             noise = noise_variance(parameters.aggregator, strengths)
     p = raised(p, doubt(parameters, strengths, innovation))
     k = gain(p, noise)
+    states = corrected_states(kept.states, shown, k, innovation)
+    if adaptation.lag.is_on or adaptation.scale.is_on:
+        variance = usual * (p.m22 + noise)
+        sample = Confronted(
+            s1.stamp_ns, s2.stamp_ns, s2.value, seen, innovation, variance, s2.interval
+        )
+        adaptation, states = adapted(parameters.adapt, parameters.s2, adaptation, states, k, sample)
     return (
         Belief(
             samples=kept.samples + 1,
             s2_ns=s2.stamp_ns,
             late=max(kept.late, late),
             stamp_ns=max(kept.stamp_ns, s2.stamp_ns),
-            bias=bounded(kept.bias + k.bias * innovation),
-            slope=bounded(kept.slope + k.slope * innovation),
-            through=Lagged(
-                bounded(kept.through.first + k.first * innovation),
-                bounded(kept.through.second + k.second * innovation),
-            ),
-            shown=shown,
+            states=states,
             doubted=kept.doubted,
             covariance=corrected(p, k, noise),
             innovation=innovation,
@@ -307,6 +302,7 @@ def believe(
             weight=clamped(1.0 - k.second, 0.0, 1.0),
             drift=lead(k) * abs(innovation),
             strengths=strengths,
+            adaptation=adaptation,
         ),
         s1,
     )
@@ -314,7 +310,8 @@ def believe(
 
 def believed(kept: Belief, s1: FastSensor) -> Aggregate:
     """Return what is believed of the signal, and what the newest S2 sample had to say in it."""
-    return Aggregate(bounded(s1.smooth.value - kept.bias), kept.weight, kept.drift, kept.strengths)
+    value = bounded(kept.adaptation.scale.value * s1.smooth.value - kept.states.bias)
+    return Aggregate(value, kept.weight, kept.drift, kept.strengths)
 
 
 def variance_at(parameters: Parameters, kept: Belief, interval: float, stamp_ns: int) -> float:
@@ -327,7 +324,7 @@ def variance_at(parameters: Parameters, kept: Belief, interval: float, stamp_ns:
         stamp_ns: The stamp, not before the belief's.
     """
     dt = max(seconds_between(kept.stamp_ns, stamp_ns), 0.0)
-    return walked(parameters, kept.covariance, interval, dt).cc
+    return walked(parameters, kept.covariance, kept.adaptation.lag.value, interval, dt).cc
 
 
 def prior(parameters: Parameters) -> Covariance:
@@ -341,7 +338,9 @@ def prior(parameters: Parameters) -> Covariance:
     return of_bias(ratio * ratio, 0.0, 0.0)
 
 
-def walked(parameters: Parameters, p: Covariance, interval: float, dt: float) -> Covariance:
+def walked(
+    parameters: Parameters, p: Covariance, factor: float, interval: float, dt: float
+) -> Covariance:
     """Return the covariance after a time in which the bias and its slope have walked.
 
     The bias walks by ``q^2 dt = noise^2 interval dt / T^2``, with ``interval`` that of S2. Where
@@ -352,6 +351,7 @@ def walked(parameters: Parameters, p: Covariance, interval: float, dt: float) ->
     Args:
         parameters: All parameters, or their ``numbers``.
         p: The covariance before.
+        factor: Of S2's lag and delay.
         interval: Usual time between samples of S2, seconds; 0 while it is not known.
         dt: Seconds, 0 or more.
     """
@@ -360,7 +360,7 @@ def walked(parameters: Parameters, p: Covariance, interval: float, dt: float) ->
     learning, drifting = parameters.s1.bias_time_constant, parameters.s1.drift_time_constant
     walk = min(interval * dt / learning / learning, UNKNOWN * UNKNOWN)
     turn = min(walk / drifting / drifting, UNKNOWN * UNKNOWN) if drifting > 0.0 else 0.0
-    first, second = lag_gains(parameters, dt)
+    first, second = lag_gains(parameters.s2, factor, dt)
     p = propagated(
         Covariance(p.cc + walk, p.cb, p.c1, p.c2, p.bb, p.b1, p.b2, p.m11, p.m12, p.m22),
         dt,
@@ -427,8 +427,3 @@ def lead(k: Gain) -> float:
     direction of motion. It vanishes with the lag.
     """
     return max(k.bias - k.second, 0.0)
-
-
-def lag_gains(parameters: Parameters, dt: float) -> tuple[float, float]:
-    """Return the gains of the lag, and of that in place of the delay, over ``dt`` seconds."""
-    return lag_gain(dt, parameters.s2.lag_time_constant), lag_gain(dt, parameters.s2.delay)

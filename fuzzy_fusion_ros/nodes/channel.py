@@ -154,7 +154,21 @@ class Channel:
             values = flatten(self.fusion.in_use)
             measured = {name: values[name] for name in MEASURED}
             yield self._named(Report("self-tuning", [], measured))
+        yield from map(self._named, self._adaptation())
         yield self._named(self._check.report())
+
+    def _adaptation(self) -> Iterator[Report]:
+        """Report what is adapted, if anything is."""
+        lag, scale = self.fusion.adaptation
+        model = self.fusion.in_use.s2
+        if lag.is_on or scale.is_on:
+            values = {
+                "S2's lag and delay, times": lag.value,
+                "S2's lag (s)": lag.value * model.lag_time_constant,
+                "S2's delay (s)": lag.value * model.delay,
+                "S1's movements, times": scale.value,
+            }
+            yield Report("adaptation", [], values)
 
     def _named(self, report: Report) -> Report:
         return report._replace(part=f"{self.name}.{report.part}") if self.name else report

@@ -84,7 +84,10 @@ def _corrected_s1(parameters: Parameters, fused: Fused, u: str) -> str:
     sensors = fused.state.sensors
     text = f"{_how(parameters, fused)}, {sensors.s1.smooth.value - fused.turned:.6g}{u}"
     if observes(parameters):
-        text += f", minus its bias, {sensors.belief.bias:.6g}{u}"
+        scale = sensors.belief.adaptation.scale.value
+        bias = sensors.belief.states.bias + (1.0 - scale) * fused.turned
+        text += f", times {scale:.4g}" if scale != 1.0 else ""
+        text += f", minus its bias, {bias:.6g}{u}"
     return text
 
 

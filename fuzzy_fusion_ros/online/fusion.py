@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from fuzzy_fusion_ros.core.adaptation import Adaptation
 from fuzzy_fusion_ros.core.estimator import WAITING, Estimate
 from fuzzy_fusion_ros.core.periodic import turns
 from fuzzy_fusion_ros.core.sample import Sample
@@ -87,6 +88,12 @@ class Fusion:
         if other_rules:
             fresh = self._estimator.initial_state(parameters).predictor
             self._state = self._state._replace(predictor=fresh)
+
+    @property
+    def adaptation(self) -> Adaptation:
+        """What has been adapted of S2's lag and of S1's scale."""
+        adaptation: Adaptation = self._state.sensors.belief.adaptation
+        return adaptation
 
     @property
     def in_use(self) -> Parameters:

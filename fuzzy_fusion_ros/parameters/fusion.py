@@ -225,6 +225,23 @@ class SignalParameters(Group):
 
 
 @dataclass(frozen=True)
+class AdaptParameters(Group):
+    """What the observer adapts while running: our extension, off by default."""
+
+    lag_time_constant: float = real(
+        0.0,
+        "time constant, while the signal moves, of adapting S2's lag and delay by one factor; "
+        "0: off",
+        unit="s",
+    )
+    scale_time_constant: float = real(
+        0.0,
+        "time constant, while the signal moves, of adapting the scale of S1 to S2; 0: off",
+        unit="s",
+    )
+
+
+@dataclass(frozen=True)
 class EstimateParameters(Group):
     """The output message, a copy of S2's latest unless named, and its standard deviation."""
 
@@ -251,6 +268,7 @@ class ChannelParameters(Group):
     aggregator: AggregatorParameters = group(AggregatorParameters())
     predictor: PredictorParameters = group(PredictorParameters())
     gate: GateParameters = group(GateParameters())
+    adapt: AdaptParameters = group(AdaptParameters())
 
 
 @dataclass(frozen=True)

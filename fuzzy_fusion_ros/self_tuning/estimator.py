@@ -10,9 +10,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from fuzzy_fusion_ros.core import estimator
+from fuzzy_fusion_ros.core.adaptation import paused
 from fuzzy_fusion_ros.core.delay_line import empty_line, extended
 from fuzzy_fusion_ros.core.estimator import Estimate, Sensors, State
-from fuzzy_fusion_ros.core.observer import Shown
+from fuzzy_fusion_ros.core.model import Shown
 from fuzzy_fusion_ros.core.predictor import Predictor
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.self_tuning.choice import NO_LAG, chosen, first
@@ -118,7 +119,11 @@ def seen_through(bank: LagBank, lag: FoundLag, sensors: Sensors) -> Sensors:
     """Start S2's model with another lag where S1 through that lag is."""
     line = extended(empty_line(), sensors.s1.stamp_ns, float(bank.second[lag.pair]), lag.delay)
     shown = Shown(float(bank.first[lag.pair]), line)
-    return sensors._replace(belief=sensors.belief._replace(shown=shown, doubted=shown))
+    states = sensors.belief.states._replace(shown=shown)
+    belief = sensors.belief._replace(
+        states=states, doubted=shown, adaptation=paused(sensors.belief.adaptation)
+    )
+    return sensors._replace(belief=belief)
 
 
 def without_slope(sensors: Sensors) -> Sensors:

@@ -25,6 +25,7 @@ from fuzzy_fusion_ros.core.estimator import (
     update,
     without_s1,
 )
+from fuzzy_fusion_ros.core.model import no_states
 from fuzzy_fusion_ros.core.observer import moved_on, no_belief
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
@@ -136,7 +137,7 @@ def test_the_bias_is_a_mean_at_first() -> None:
     noise = np.random.default_rng(0).normal(0.3, 0.1, 400).tolist()
     slow = replace(LEARNING, {"s1.bias_time_constant": 1e6})
     _, state = fed(slow, noise, [0.0] * 400)
-    assert state.sensors.belief.bias == pytest.approx(float(np.mean(noise)), abs=0.01)
+    assert state.sensors.belief.states.bias == pytest.approx(float(np.mean(noise)), abs=0.01)
 
 
 def test_the_prior_holds_a_first_sample_that_is_far_off() -> None:
@@ -203,7 +204,7 @@ def test_a_drifting_bias_is_followed_along_its_slope() -> None:
     said, state = fed(sloped, s1, [0.0] * 6000)
     assert lag == pytest.approx(0.2, rel=0.05)
     assert said[-1].value == pytest.approx(0.0, abs=0.01)
-    assert state.sensors.belief.slope == pytest.approx(0.1, rel=0.05)
+    assert state.sensors.belief.states.slope == pytest.approx(0.1, rel=0.05)
     alone, _ = fed(sloped, [6.0 + 0.1 * 2.0], [], state=state, start_ns=63 * SECOND - STEP)
     assert alone[0].value == pytest.approx(0.0, abs=0.05)  # believed while S2 is silent
 
@@ -214,7 +215,7 @@ def test_a_slope_is_learnt_with_its_time_constant() -> None:
     _, state = fed(sloped, [0.0] * 6000, [0.0] * 6000)
     ramp = [0.001 * k for k in range(401)]
     _, state = fed(sloped, ramp, [0.0] * 401, state=state, start_ns=61 * SECOND)
-    assert state.sensors.belief.slope == pytest.approx(0.1 * (1.0 - math.exp(-1.0)), rel=0.1)
+    assert state.sensors.belief.states.slope == pytest.approx(0.1 * (1.0 - math.exp(-1.0)), rel=0.1)
 
 
 def test_where_the_rules_say_so_s2_is_not_believed() -> None:
@@ -266,7 +267,7 @@ def test_however_long_a_fault_lasts_s2_is_not_contradicted() -> None:
     faulty = [*truth[:500], *[4.0] * 500]
     said, state = fed(SPIKES, faulty, truth)
     assert np.abs(values(said)).max() < 0.01
-    assert state.sensors.belief.bias == pytest.approx(4.0, abs=0.01)
+    assert state.sensors.belief.states.bias == pytest.approx(4.0, abs=0.01)
     assert state.sensors.s1.smooth.rejected == 0.0
 
 
@@ -290,7 +291,7 @@ def test_a_spike_does_not_enter_the_model_of_s2(spike: float) -> None:
     steady = [1.0] * 50
     said, state = fed(SPIKES, [*steady, spike, *steady], [1.0] * 101)
     assert values(said) == pytest.approx([1.0] * 101)
-    assert state.sensors.belief.shown.lagged == pytest.approx(1.0)
+    assert state.sensors.belief.states.shown.lagged == pytest.approx(1.0)
 
 
 def test_a_gap_of_s1_keeps_the_bias_and_restarts_the_model_of_s2() -> None:
@@ -298,10 +299,12 @@ def test_a_gap_of_s1_keeps_the_bias_and_restarts_the_model_of_s2() -> None:
     _, state = fed(lagging, [1.5] * 3000, [1.0] * 3000)
     late_ns = 31 * SECOND + 3 * SECOND
     state = observe_s2(lagging, state, late_ns, 7.0)
-    assert state.sensors.belief.bias == pytest.approx(0.5, abs=0.05)  # S1 is silent: not learnt
+    assert state.sensors.belief.states.bias == pytest.approx(
+        0.5, abs=0.05
+    )  # S1 is silent: not learnt
     said, state = update(lagging, state, late_ns, 7.5)
     assert said.value == pytest.approx(7.0, abs=0.05)
-    assert state.sensors.belief.shown.lagged == 7.5
+    assert state.sensors.belief.states.shown.lagged == 7.5
 
 
 def test_an_s2_that_is_lost_leaves_s1_less_its_bias() -> None:
@@ -330,9 +333,11 @@ def sensor(stamp_ns: int, value: float, samples: int) -> FastSensor:
 
 def test_a_gap_of_s1_takes_the_slope_once() -> None:
     """The bias has been moved on to S1's last sample, whenever S2 spoke last."""
-    kept = no_belief()._replace(stamp_ns=10 * SECOND, bias=1.0, slope=0.1)
+    states = no_states()._replace(bias=1.0, slope=0.1)
+    kept = no_belief()._replace(stamp_ns=10 * SECOND, states=states)
     before, s1 = sensor(30 * SECOND, 0.0, 9), sensor(40 * SECOND, 0.0, 1)
-    assert moved_on(LEARNING, kept, before, s1, no_slow_sensor()).bias == pytest.approx(2.0)
+    moved = moved_on(LEARNING, kept, before, s1, no_slow_sensor())
+    assert moved.states.bias == pytest.approx(2.0)
 
 
 def test_a_sample_of_s2_from_before_s1_was_not_late() -> None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -147,6 +148,7 @@ def test_a_healthy_node_says_so_with_its_numbers(
         assert float(status.values["rate (Hz)"]) > 0.0
         assert float(status.values["age (s)"]) >= 0.0
         assert {status.values[f"dropped: {each.value}"] for each in Drop} == {"0"}
+    assert not diagnostics.of("fusion_node: adaptation")
     rules = diagnostics.of("fusion_node: rules")[-1]
     shares = [float(share) for name, share in rules.values.items() if name.startswith("share")]
     assert sum(shares) == pytest.approx(1.0, abs=1e-4)
@@ -215,3 +217,15 @@ def test_a_gate_that_is_of_no_use_is_said_by_the_node(
 def test_diagnostics_are_named_after_the_node(harness: Harness, diagnostics: Diagnostics) -> None:
     harness.fusion_node(arguments=("-r", "__node:=fuser"))
     diagnostics.next("fuser: fusion")
+
+
+def test_what_is_adapted_is_reported(harness: Harness, diagnostics: Diagnostics) -> None:
+    given = {"s1.bias_time_constant": 1.0, "s2.noise": 0.01, "s2.lag_time_constant": 0.01}
+    harness.fusion_node({**given, "trigger": "pair", "adapt.scale_time_constant": 10.0})
+    feed = harness.feed()
+    for k in range(300):
+        feed(0.01 * k, s1=1.3 * math.sin(0.05 * k), s2=math.sin(0.05 * k))
+    shown = diagnostics.next("fusion_node: adaptation").values
+    assert float(shown["S1's movements, times"]) == pytest.approx(1.0 / 1.3, rel=0.1)
+    assert float(shown["S2's lag and delay, times"]) == 1.0
+    assert float(shown["S2's lag (s)"]) == pytest.approx(0.01)

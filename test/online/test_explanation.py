@@ -56,7 +56,8 @@ def said(parameters: Parameters, fused: Fused) -> tuple[float, float]:
 def size(fused: Fused) -> float:
     """Return how large the numbers are that an estimate is made of."""
     sensors, drift = fused.state.sensors, fused.estimate.aggregate.drift
-    return abs(sensors.s1.smooth.value) + abs(sensors.s2.value) + abs(sensors.belief.bias) + drift
+    bias = sensors.belief.states.bias
+    return abs(sensors.s1.smooth.value) + abs(sensors.s2.value) + abs(bias) + drift
 
 
 def estimates(parameters: Parameters, samples: list[tuple[str, float, float]]) -> list[Fused]:
@@ -203,8 +204,8 @@ def test_the_observer_says_what_s1_is_off_by_and_what_s2_surprised_it_with() -> 
     *_, fused = estimates(parameters, [*stream, ("s2", 5.0, 1.25), ("s1", 5.21, 1.5)])
     belief = fused.state.sensors.belief
     text = explanation(parameters, fused, "m")
-    assert belief.bias == pytest.approx(0.5, abs=0.2)
-    assert f"conditioned, 1.5 m, minus its bias, {belief.bias:.6g} m" in text
+    assert belief.states.bias == pytest.approx(0.5, abs=0.2)
+    assert f"conditioned, 1.5 m, minus its bias, {belief.states.bias:.6g} m" in text
     assert "S2, 0.21 s old, was 0.25 m above what the estimate predicted for it" in text
     assert f"of which {100.0 - 100.0 * belief.weight:.3g} % is believed, and S2 moved at" in text
     alone = estimates(parameters, [*stream, ("s1", 30.0, 1.5), ("s1", 30.1, 1.5)])[-1]

@@ -127,7 +127,7 @@ def test_new_parameters_do_not_move_the_estimate(gyro: Series) -> None:
         if kept.due != waiting.due and kept.parameters is not waiting.parameters:
             belief, other = kept.sensors.belief, waiting.sensors.belief
             smooth, unsmooth = kept.sensors.s1.smooth, waiting.sensors.s1.smooth
-            moved.append((smooth.value - belief.bias) - (unsmooth.value - other.bias))
+            moved.append((smooth.value - belief.states.bias) - (unsmooth.value - other.states.bias))
     assert len(moved) > 5
     assert moved == [0.0] * len(moved)
 

@@ -24,11 +24,18 @@ CONDITIONED = {
 }
 
 
-@pytest.mark.parametrize("changes", [{}, CONDITIONED], ids=["plain", "conditioned"])
+ADAPTING = {**CONDITIONED, "adapt.lag_time_constant": 5.0, "adapt.scale_time_constant": 10.0}
+
+
+@pytest.mark.parametrize(
+    "changes", [{}, CONDITIONED, ADAPTING], ids=["plain", "conditioned", "adapting"]
+)
 def test_it_is_the_estimator(changes: dict[str, float]) -> None:
     series = made(Sensors(gap=(10.0, 15.0), spikes=0.05)).series
     parameters = replace(Parameters(), changes)
     trace = run(fusion(parameters), series)
+    plain = run(fusion(parameters), series, compile_from=series.s1.size + 1)
+    assert trace.value.tolist() == plain.value.tolist()
     output = outputs(parameters, series)
     there = trace.mode != WAITING
     assert output.value[there].tolist() == trace.value[there].tolist()
