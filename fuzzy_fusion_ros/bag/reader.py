@@ -198,7 +198,7 @@ class BagReader:
         start_s: float | None = None,
         end_s: float | None = None,
     ) -> Iterator[Block]:
-        """Return the same messages as :meth:`messages`, side by side as chunks hold them."""
+        """Return the same messages as :meth:`messages`, in blocks as chunks hold them."""
         names, start_ns, stop_ns = self._span(topics, start_s, end_s)
         files = self._filled()
         if self._is_message_compressed or not _follow_one_another(files):

@@ -32,12 +32,12 @@ class Progress:
             text: What is being done with them.
             total: How many there are, where ``len(items)`` is not defined.
             unit: What they are, preceded by a space.
-            size: How many an item counts for.
+            size: What one item counts as, such as the number of messages in a block.
         """
         return items
 
     def reading(self, text: str, total: int | None = None) -> Callable[[Iterable[B]], Iterable[B]]:
-        """Return what passes blocks of messages on and shows how many have been read.
+        """Return a function that passes on blocks of messages and shows how many have been read.
 
         Args:
             text: What is being done.

@@ -91,7 +91,7 @@ class Fusion:
 
     @property
     def adaptation(self) -> Adaptation:
-        """What has been adapted of S2's lag and of S1's scale."""
+        """The factors adapted so far, of S2's lag and of S1's scale."""
         adaptation: Adaptation = self._state.sensors.belief.adaptation
         return adaptation
 
@@ -137,12 +137,12 @@ class Fusion:
         return self._intake.clock_problem()
 
     def is_settled(self) -> bool:
-        """Return whether nothing is held: the next sample decides about itself alone."""
+        """Return whether no sample is held, so that the next one is judged alone."""
         return self._intake.is_settled()
 
     @property
     def standing(self) -> Standing:
-        """Where it stands; replaced by where the same samples have led elsewhere."""
+        """The state between samples; assign one that the same samples have led to elsewhere."""
         return Standing(self._state, self._estimated_ns, self._s2)
 
     @standing.setter

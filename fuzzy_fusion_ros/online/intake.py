@@ -59,7 +59,7 @@ class Intake:
         return Verdict(steps=(self._trigger.on_tick(),))
 
     def is_settled(self) -> bool:
-        """Return whether nothing is held: the next sample decides about itself alone."""
+        """Return whether no sample is held, so that the next one is judged alone."""
         return self._timeline.is_settled
 
     def clocks_known(self) -> bool:

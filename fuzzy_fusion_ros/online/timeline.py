@@ -85,7 +85,7 @@ class Timeline:
 
     @property
     def is_settled(self) -> bool:
-        """Whether nothing is held, and nothing speaks for another timeline."""
+        """Whether no sample is held, and no evidence points to another timeline."""
         return not self._held and self._evidence == EVIDENCE
 
     def restart(self) -> Admission:
