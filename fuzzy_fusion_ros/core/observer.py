@@ -63,7 +63,7 @@ UNKNOWN = 1e4
 grows by more at a time."""
 
 LEAST_BELIEF = 1e-6
-"""A sample of S2 is believed at least this much, whatever W1."""
+"""A sample of S2 is trusted at least this much, whatever W1."""
 
 EVIDENCE = 9.0
 """Rejected samples of S1 explain S2 if they lower the squared innovation by this many variances."""

@@ -72,7 +72,7 @@ def _observed(parameters: Parameters, fused: Fused, u: str) -> str:
     return (
         f"S1{_corrected_s1(parameters, fused, u)}: S2, {_s2_age(fused):.3g} s old, was "
         f"{abs(innovation):.3g}{u} {direction} what the estimate predicted for it "
-        f"({_apart(fused)} large), of which {believed:.3g} % is believed, and S2 moved at "
+        f"({_apart(fused)} large), of which {believed:.3g} % is trusted, and S2 moved at "
         f"{_rate(fused, u)}"
     )
 

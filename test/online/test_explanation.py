@@ -207,7 +207,7 @@ def test_the_observer_says_what_s1_is_off_by_and_what_s2_surprised_it_with() -> 
     assert belief.states.bias == pytest.approx(0.5, abs=0.2)
     assert f"conditioned, 1.5 m, minus its bias, {belief.states.bias:.6g} m" in text
     assert "S2, 0.21 s old, was 0.25 m above what the estimate predicted for it" in text
-    assert f"of which {100.0 - 100.0 * belief.weight:.3g} % is believed, and S2 moved at" in text
+    assert f"of which {100.0 - 100.0 * belief.weight:.3g} % is trusted, and S2 moved at" in text
     alone = estimates(parameters, [*stream, ("s1", 30.0, 1.5), ("s1", 30.1, 1.5)])[-1]
     assert alone.estimate.mode == S1_ONLY
     assert "is S1 alone, conditioned, 1.5 m, minus its bias, " in explanation(
