@@ -116,12 +116,15 @@ class _Explanation:
             for name, type_name in EXPLANATION.items()
         }
         self.sentence = RecordingPublisher(node, prefix + SENTENCE, TEXT, NoRecorder())
+        self._all = [*self._publishers.values(), self.sentence]
 
     @property
     def wanted(self) -> dict[str, RecordingPublisher]:
         return {name: each for name, each in self._publishers.items() if each.wanted}
 
     def publish(self, point: Template, fused: Fused, parameters: Parameters, log_ns: int) -> None:
+        if not [each for each in self._all if each.wanted]:  # as a rule
+            return
         wanted = self.wanted
         if wanted:
             for name, data in explain(point, fused):

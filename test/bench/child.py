@@ -11,9 +11,11 @@ import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+import fuzzy_fusion_ros
 from fuzzy_fusion_ros.testing.process import PROGRAM
 
-ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = Path(fuzzy_fusion_ros.__file__).resolve().parents[1]
+TESTS = Path(__file__).resolve().parents[1]
 
 
 class Child:
@@ -47,7 +49,7 @@ def module(name: str, *arguments: str) -> list[str]:
 
 def environment(more: Mapping[str, str]) -> dict[str, str]:
     """Return the environment in which children find this package and this folder."""
-    places = (str(ROOT), str(ROOT / "test"), os.environ.get("PYTHONPATH"))
+    places = (str(PACKAGE), str(TESTS), os.environ.get("PYTHONPATH"))
     return {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, places)), **more}
 
 

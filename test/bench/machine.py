@@ -10,6 +10,8 @@ import subprocess
 from importlib.metadata import version
 from pathlib import Path
 
+from fuzzy_fusion_ros.core.estimator import update
+
 ROOT = Path(__file__).resolve().parents[2]
 
 PACKAGES = ("numpy", "numba", "rosbags", "filterpy", "simpful", "scikit-fuzzy", "ros-jazzy-rclpy")
@@ -22,7 +24,7 @@ def described() -> str:
     return (
         f"{_processor()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f} before the run; "
         f"Linux {platform.release()}, Python {platform.python_version()}, {versions}; "
-        f"{date}; commit {_commit()}"
+        f"the method {_built()}; {date}; commit {_commit()}"
     )
 
 
@@ -30,6 +32,10 @@ def _processor() -> str:
     lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     names = [each.partition(":")[2].strip() for each in lines if each.startswith("model name")]
     return names[0] if names else platform.machine()
+
+
+def _built() -> str:
+    return "interpreted" if hasattr(update, "__code__") else "compiled ahead of time"
 
 
 def _version(package: str) -> str:

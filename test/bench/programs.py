@@ -10,8 +10,9 @@ import tempfile
 import time
 from collections.abc import Sequence
 
-from bench.child import ROOT, environment, program
+from bench.child import environment, program
 from bench.effort import Effort
+from bench.machine import ROOT
 from bench.table import Row
 
 SWEEP, ALL = "18", "6-23"
