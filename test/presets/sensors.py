@@ -14,6 +14,7 @@ from fuzzy_fusion_ros.bag import BagWriter
 from fuzzy_fusion_ros.core.periodic import nearest
 from fuzzy_fusion_ros.messages import InstalledTypes, ScalarCodec, default_message
 from fuzzy_fusion_ros.messages.variances import Elements
+from fuzzy_fusion_ros.offline.topics import Topics
 
 SECONDS = 120.0
 BEGIN_NS = 1_700_000_000_000_000_000
@@ -43,12 +44,12 @@ class Rig(NamedTuple):
     Attributes:
         s1: The fast sensor.
         s2: The accurate one.
-        truth: What both measure, at some time.
+        truths: What both measure, at some time, by channel; ``""`` where there is one.
     """
 
     s1: Sensor
     s2: Sensor
-    truth: Callable[[float], float]
+    truths: Mapping[str, Callable[[float], float]]
 
 
 def heading(t: float) -> float:
@@ -76,6 +77,30 @@ def temperature(t: float, lag: float = 0.0) -> float:
         )
 
     return 20.0 + seen(4.0, 0.1) + seen(1.5, 0.4)
+
+
+POSITION: Mapping[str, Callable[[float], float]] = {
+    "x": lambda t: 20.0 * math.sin(0.15 * t) + 3.0 * math.sin(0.6 * t),
+    "y": lambda t: 15.0 * math.cos(0.2 * t),
+    "z": lambda t: 2.0 * math.sin(0.1 * t) + 0.3 * math.sin(0.9 * t),
+}
+
+
+def _odometry(t: float, a: float, b: float) -> Mapping[str, float]:
+    drift = 0.02 * t + 0.4 * math.sin(0.05 * t)
+    noises = 0.01 * a, 0.01 * b, 0.007 * (a - b)
+    return {
+        f"pose.pose.position.{axis}": at(t) + drift + noise
+        for (axis, at), noise in zip(POSITION.items(), noises, strict=True)
+    }
+
+
+def _fix(t: float, a: float, b: float) -> Mapping[str, float]:
+    noises = 0.3 * a, 0.3 * b, 0.42 * (a - b)
+    return {
+        f"pose.pose.position.{axis}": at(t - 0.1) + noise
+        for (axis, at), noise in zip(POSITION.items(), noises, strict=True)
+    }
 
 
 def _gnss(t: float, a: float, b: float) -> Mapping[str, float]:
@@ -131,21 +156,41 @@ VELOCITY = Sensor("/fix_velocity", "geometry_msgs/msg/TwistWithCovarianceStamped
 PRESSURE = Sensor("/pressure", "sensor_msgs/msg/FluidPressure", 50.0, _barometer)
 RANGE = Sensor("/range", "sensor_msgs/msg/Range", 5.0, _range)
 THERMOCOUPLE = Sensor("/thermocouple", "sensor_msgs/msg/Temperature", 20.0, _thermocouple)
+ODOMETRY = Sensor("/odom", "nav_msgs/msg/Odometry", 50.0, _odometry)
+FIX = Sensor("/odometry/gps", "nav_msgs/msg/Odometry", 5.0, _fix)
 PT100 = Sensor("/pt100", "sensor_msgs/msg/Temperature", 1.0, _pt100)
 
 RIGS = {
-    "heading": Rig(IMU, VELOCITY, heading),
-    "tilt": Rig(TILT, TILT, pitch),
-    "speed": Rig(ODOM, VELOCITY._replace(fields=_gnss_speed), speed),
-    "altitude": Rig(PRESSURE, RANGE, height),
-    "temperature": Rig(THERMOCOUPLE, PT100, temperature),
+    "heading": Rig(IMU, VELOCITY, {"": heading}),
+    "tilt": Rig(TILT, TILT, {"": pitch}),
+    "speed": Rig(ODOM, VELOCITY._replace(fields=_gnss_speed), {"": speed}),
+    "altitude": Rig(PRESSURE, RANGE, {"": height}),
+    "temperature": Rig(THERMOCOUPLE, PT100, {"": temperature}),
+    "three_axes": Rig(ODOMETRY, FIX, POSITION),
 }
 """By the names of their presets."""
 
 
+CHANNELS = [(name, channel) for name, rig in RIGS.items() for channel in rig.truths]
+"""Names of presets, and their channels."""
+
+
+def topics_of(rig: Rig, channel: str) -> Topics:
+    """Return where the sensors of a channel are, and its truth."""
+    truth = f"point.{'xyz'[list(rig.truths).index(channel)]}"
+    return Topics(rig.s1.topic, rig.s2.topic, fields={"truth": truth}, channel=channel)
+
+
 def write_rig(path: Path, rig: Rig) -> Path:
     """Write what the sensors of a rig publish, and the truth at 20 Hz."""
-    truth = Sensor("/truth", POINT, 20.0, lambda t, a, b: {"point.x": rig.truth(t)})
+    truth = Sensor(
+        "/truth",
+        POINT,
+        20.0,
+        lambda t, a, b: {
+            f"point.{axis}": at(t) for axis, at in zip("xyz", rig.truths.values(), strict=False)
+        },
+    )
     rng = np.random.default_rng(7)
     rows = []
     for order, sensor in enumerate(dict.fromkeys((truth, rig.s2, rig.s1))):
