@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from bench import bags, estimator, lockstep, memory, programs, replaying, startup, transport
+from bench import bags, estimator, fleet, lockstep, memory, programs, replaying, startup, transport
 from bench.effort import TINY, Effort
 from bench.table import Row, at_least, at_most, markdown
 
@@ -24,6 +24,7 @@ from bench.table import Row, at_least, at_most, markdown
         replaying.rows,
         bags.rows,
         memory.rows,
+        fleet.rows,
         programs.rows,
     ],
     ids=lambda each: each.__module__,

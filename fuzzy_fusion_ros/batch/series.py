@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -43,6 +44,10 @@ _AGGREGATOR_S, _COMPLETE_S = 2e-5, 1.2e-4
 _COMPILING_S, _LOADING_S = 15.0, 1.5
 """and that of compiling the loop for the first time, and of loading it from disk."""
 
+_INTERPRETED: Counter[Callable[..., Any]] = Counter()
+"""Samples over which each method's ``update`` has been interpreted in this process: many short
+series are worth compiling for, like a long one."""
+
 NOWHERE: Stamps = np.empty(0, np.int64)
 """No index at all."""
 
@@ -73,6 +78,23 @@ class Series(NamedTuple):
     def at_s1(self) -> Series:
         """Return the same samples with estimates at samples of S1 only."""
         return self._replace(s2_alone=NOWHERE)
+
+    def part(self, begin: int, end: int) -> Series:
+        """Return a copy of the samples of S1 from ``begin`` to before ``end``, and S2's among them.
+
+        Args:
+            begin: Index of the first sample of S1.
+            end: Index after the last one.
+        """
+        known = self.s2_known[begin:end]
+        heard = slice(int(known[0]), int(known[-1]))
+        return Series(
+            s1_ns=self.s1_ns[begin:end].copy(),
+            s1=self.s1[begin:end].copy(),
+            s2_ns=self.s2_ns[heard].copy(),
+            s2=self.s2[heard].copy(),
+            s2_known=known - known[0],
+        )
 
 
 def seconds(series: Series) -> tuple[Reals, Reals]:
@@ -157,35 +179,42 @@ def fusion(parameters: Parameters, started_ns: int = 0) -> Method:
     return Method(own.observe_s2, own.update, own.without_s1, given, state, compiles)
 
 
-def run(method: Method, series: Series, *, compile_from: int = 0) -> Trace:
+def run(method: Method, series: Series, *, compile_from: int = 0, every: int = 1) -> Trace:
     """Run a method over a series, step by step as a node would, from its initial state.
 
     Args:
         method: The method.
         series: The samples.
-        compile_from: Samples of S1 from which on the loop is compiled; shorter series are
-            interpreted, with the same result to the last bit.
+        compile_from: Samples of S1, in this series and those interpreted before it, from which on
+            the loop is compiled; the result is the same to the last bit.
+        every: Of so many rows the trace keeps the first, to save memory.
     """
-    trace, _ = advanced(method, series, compiles=series.s1.size >= compile_from)
+    so_far = _INTERPRETED[method.update] + series.s1.size
+    if so_far < compile_from:
+        _INTERPRETED[method.update] = so_far
+    trace, _ = advanced(method, series, compiles=so_far >= compile_from, every=every)
     return trace
 
 
-def advanced(method: Method, series: Series, *, compiles: bool) -> tuple[Trace, State]:
+def advanced(
+    method: Method, series: Series, *, compiles: bool, every: int = 1
+) -> tuple[Trace, State]:
     """Run a method over a part of a series; return what it says, and the state after it.
 
     Args:
         method: The method, with the state before the part.
         series: The part.
         compiles: Whether to compile the loop, if the method can be; the result is the same.
+        every: As in :func:`run`.
     """
-    trace = empty_trace(series.s1.size + series.s2_alone.size)
+    trace = empty_trace(-(-(series.s1.size + series.s2_alone.size) // every))
     if method.compiles and compiles:
         loop = compiled(_run, **_bindings(method))
-        state = loop(method.parameters, taken_by(loop, method.state), series, trace)
+        state = loop(method.parameters, taken_by(loop, method.state), series, trace, every)
         return trace, given_back(state, method.state)
     plain = Series._make([*(each.tolist() for each in series[:-1]), series.started_ns])
     loop = interpreted(_run, **_bindings(method))
-    return trace, loop(method.parameters, method.state, plain, trace)
+    return trace, loop(method.parameters, method.state, plain, trace, every)
 
 
 def pays_to_compile(parameters: Parameters, samples: int) -> bool:
@@ -226,6 +255,24 @@ def _bindings(method: Method) -> dict[str, Callable[..., Any]]:
     }
 
 
+def values(method: Method, series: Series) -> Reals:
+    """Run a method over a series; return only its estimates at S1, 0 where it waits, shape (n,).
+
+    Instead of ``run`` for fits, which take thousands of runs, and for recordings of which a trace,
+    thirteen times as large, would not fit into memory; with the same values to the last bit.
+
+    Args:
+        method: The method.
+        series: The samples.
+    """
+    found = np.zeros(series.s1.size)
+    if method.compiles:
+        loop = compiled(_values, observe_s2=method.observe_s2, update=method.update)
+        loop(method.parameters, taken_by(loop, method.state), series.at_s1(), found)
+        return found
+    return run(method, series.at_s1()).value
+
+
 def empty_trace(n: int) -> Trace:
     """Return a trace of ``n`` samples, none of them estimated yet."""
     return Trace(
@@ -243,7 +290,7 @@ def empty_trace(n: int) -> Trace:
     )
 
 
-def _run(parameters: Any, state: State, series: Series, trace: Trace) -> State:
+def _run(parameters: Any, state: State, series: Series, trace: Trace, every: int) -> State:
     """Feed a series to ``observe_s2`` and ``update``, ours unless bound to another method's."""
     seen = 0
     alone = 0
@@ -253,13 +300,28 @@ def _run(parameters: Any, state: State, series: Series, trace: Trace) -> State:
             state = observe_s2(parameters, state, series.s2_ns[seen], series.s2[seen])
             if alone < len(series.s2_alone) and series.s2_alone[alone] == seen:
                 stamp_ns = series.s2_ns[seen]
-                write(trace, k + alone, stamp_ns, without_s1(parameters, state, stamp_ns))
+                if (k + alone) % every == 0:
+                    estimate = without_s1(parameters, state, stamp_ns)
+                    write(trace, (k + alone) // every, stamp_ns, estimate)
                 alone += 1
             seen += 1
         if k < len(series.s1):
             estimate, state = update(parameters, state, series.s1_ns[k], series.s1[k])
-            write(trace, k + alone, series.s1_ns[k], estimate)
+            if (k + alone) % every == 0:
+                write(trace, (k + alone) // every, series.s1_ns[k], estimate)
     return state
+
+
+def _values(parameters: Any, state: State, series: Series, found: Reals) -> None:
+    """Feed a series to ``observe_s2`` and ``update``; keep the estimates alone."""
+    seen = 0
+    for k in range(series.s1.size):
+        while seen < series.s2_known[k]:
+            state = observe_s2(parameters, state, series.s2_ns[seen], series.s2[seen])
+            seen += 1
+        estimate, state = update(parameters, state, series.s1_ns[k], series.s1[k])
+        if estimate.mode != WAITING:
+            found[k] = estimate.value
 
 
 def write(trace: Trace, k: int, stamp_ns: int, estimate: Estimate) -> None:

@@ -12,7 +12,8 @@ against a reference reconstructed from both sensors with hindsight.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fuzzy_fusion_ros.cli import fleet, options
@@ -58,7 +59,7 @@ def _report(result: TuneResult, given: argparse.Namespace) -> None:
     from fuzzy_fusion_ros.tuning import report
 
     tuned, unit = result.tuned, result.unit
-    names = [each.name for each in result.recordings]
+    names = result.names
     odd = report.recording_notes(tuned, unit)
     for each, own in zip(result.recordings, odd, strict=True):
         for note in (*each.notes, *own):
@@ -79,24 +80,29 @@ def _report(result: TuneResult, given: argparse.Namespace) -> None:
 
 
 def _plot(result: TuneResult, path: str) -> None:
-    from fuzzy_fusion_ros.jobs.outputs import one_for_each
     from fuzzy_fusion_ros.plots.tuning import plot_tuning
 
-    targets = one_for_each(path, [each.name for each in result.recordings])
-    for k, (each, target) in enumerate(zip(result.recordings, targets, strict=True)):
-        plot_tuning(result.tuned.on(k), each.series, result.unit, target)
+    for k, target in _files(result, path):
+        plot_tuning(result.tuned.on(k), result.recordings[k].series, result.unit, target)
 
 
 def _write_reports(result: TuneResult, path: str) -> None:
-    from fuzzy_fusion_ros.jobs.outputs import one_for_each
     from fuzzy_fusion_ros.reports.page import write_page
     from fuzzy_fusion_ros.reports.tune import tune_page
 
-    text = result.text()
-    targets = one_for_each(path, [each.name for each in result.recordings])
-    for k, (each, target) in enumerate(zip(result.recordings, targets, strict=True)):
-        own, unit = result.tuned.on(k), result.unit
-        write_page(tune_page(own, each.series, unit, each.name, result.origin, text), target)
+    text, unit = result.text(), result.unit
+    for k, target in _files(result, path):
+        tuned, each = result.tuned.on(k), result.recordings[k]
+        write_page(tune_page(tuned, each.series, unit, each.name, result.origin, text), target)
+
+
+def _files(result: TuneResult, path: str) -> Iterator[tuple[int, Path]]:
+    """Yield for each bag which recording to show, and the file."""
+    from fuzzy_fusion_ros.jobs.outputs import one_for_each
+
+    shown = result.first_of_bags
+    names = [result.recordings[k].name for k in shown]
+    yield from zip(shown, one_for_each(path, names), strict=True)
 
 
 def _command(given: argparse.Namespace) -> str:

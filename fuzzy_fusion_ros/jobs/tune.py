@@ -20,8 +20,10 @@ from fuzzy_fusion_ros.jobs.outputs import require_writable
 from fuzzy_fusion_ros.jobs.parameter_file import Source, baseline_parameters, fusion_parameters
 from fuzzy_fusion_ros.jobs.progress import SILENT, Progress
 from fuzzy_fusion_ros.offline.check import warnings_of
+from fuzzy_fusion_ros.offline.excerpts import excerpts
 from fuzzy_fusion_ros.offline.recording import Recording, read_recording
 from fuzzy_fusion_ros.offline.topics import Topics, codecs_of
+from fuzzy_fusion_ros.offline.tracks import Track
 from fuzzy_fusion_ros.parameters.errors import FusionError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import flatten, replace
@@ -41,7 +43,7 @@ class TuneResult(NamedTuple):
 
     Attributes:
         tuned: The fit: candidates, errors before and after, characteristics of the sensors.
-        recordings: What was read from each bag.
+        recordings: What was read from the bags: each whole, or as excerpts of a long one.
         unit: Unit of the signal, ``""`` where it is not known.
         origin: Bags, span and seed, in words.
         source: The parameters before, with those of channels that were not tuned.
@@ -65,10 +67,30 @@ class TuneResult(NamedTuple):
         """The baselines' parameters."""
         return self.tuned.baselines
 
+    @property
+    def names(self) -> list[str]:
+        """Name of each recording: its bag, and of an excerpt which it is."""
+        return self._named([each.name for each in self.recordings])
+
+    @property
+    def first_of_bags(self) -> list[int]:
+        """Index of the first recording of each bag."""
+        bags = [each.name for each in self.recordings]
+        return [bags.index(each) for each in dict.fromkeys(bags)]
+
+    def _named(self, bags: Sequence[str]) -> list[str]:
+        paths = [each.name for each in self.recordings]
+        return [
+            f"{name}, {paths[: k + 1].count(path)} of {paths.count(path)}"
+            if paths.count(path) > 1
+            else name
+            for k, (name, path) in enumerate(zip(bags, paths, strict=True))
+        ]
+
     def text(self) -> str:
         """Return the parameters as the text of a file for ``fusion_node`` and ``score``."""
-        names = [Path(each.name).name for each in self.recordings]
-        lines = comments(self.tuned, self.unit, self.origin, names)
+        bags = [Path(each.name).name for each in self.recordings]
+        lines = comments(self.tuned, self.unit, self.origin, self._named(bags))
         before = fusion_parameters(self.source)
         baselines = {
             name: self.baselines if name == self.channel else baseline_parameters(self.source, name)
@@ -91,9 +113,10 @@ class TuneResult(NamedTuple):
 
 
 class _Read(NamedTuple):
-    """What was read of a bag, and the parameters with the types and fields of its sensors."""
+    """What was read of a bag, in excerpts, and the parameters with the types of its sensors."""
 
-    recording: Recording
+    recordings: list[Recording]
+    truths: list[Reals | None]
     base: Parameters
 
 
@@ -150,11 +173,13 @@ def tune(
             raise FusionError(each.reason)
         read.append(each)
     _require_same_types(read)
-    recordings = tuple(each.recording for each in read)
-    with_truth = use_truth and _all_have_truth(recordings)
+    if use_truth:
+        _require_truth_in_all_or_none(read)
+    recordings = tuple(each for one in read for each in one.recordings)
+    truths = [each for one in read for each in one.truths]
     trials = [
-        Trial(each.series, _truth(each) if with_truth else None, each.name if len(bags) > 1 else "")
-        for each in recordings
+        Trial(each.series, truth, each.name if len(recordings) > 1 else "")
+        for each, truth in zip(recordings, truths, strict=True)
     ]
     with progress.counted("tuning", " runs") as advance:
         tuned = fit(trials, read[0].base, seed, progress=advance)
@@ -194,7 +219,12 @@ def _read(
             progress.reading(f"reading {Path(bag).name}"),
         )
         found = warnings_of(reader, wanted, base, start, end)
-    return _Read(recording._replace(notes=(*recording.notes, *found)), base)
+    recording = recording._replace(notes=(*recording.notes, *found))
+    if not use_truth:
+        recording = recording._replace(truth=Track._make(each[:0] for each in recording.truth))
+    known = recording.truth.stamps_ns.size > 0
+    parts = excerpts(recording)
+    return _Read(parts, [_truth(each) if known else None for each in parts], base)
 
 
 def _require_same_types(read: Sequence[_Read]) -> None:
@@ -208,24 +238,24 @@ def _require_same_types(read: Sequence[_Read]) -> None:
         for name, value in flatten(each.base).items():
             if value != first[name]:
                 raise FusionError(
-                    f"{each.recording.name}: {name} is {value!r}, in {read[0].recording.name} it "
-                    f"is {first[name]!r}: tune to bags of the same sensors only"
+                    f"{each.recordings[0].name}: {name} is {value!r}, in "
+                    f"{read[0].recordings[0].name} it is {first[name]!r}: tune to bags of the same "
+                    "sensors only"
                 )
 
 
-def _all_have_truth(recordings: Sequence[Recording]) -> bool:
-    """Return whether the recordings have a truth.
+def _require_truth_in_all_or_none(read: Sequence[_Read]) -> None:
+    """Check that all errors can be against a truth, or all against a reference.
 
     Raises:
-        FusionError: Some have one, and others have none.
+        FusionError: Some bags have a truth, and others have none.
     """
-    without = [each.name for each in recordings if not each.truth.stamps_ns.size]
-    if without and len(without) < len(recordings):
+    without = [each.recordings[0].name for each in read if each.truths[0] is None]
+    if without and len(without) < len(read):
         raise FusionError(
             f"{without[0]} has no truth, and other bags have one: leave it out, or ignore the "
             "truth of all by --no-truth"
         )
-    return not without
 
 
 def _with_types(bag: BagReader, topics: Topics, parameters: Parameters) -> Parameters:

@@ -36,6 +36,14 @@ Fit = Callable[[Series, Reals, Flags], BaselineParameters]
 BASELINES_WORTH_COMPILING = 100_000
 """As ``WORTH_COMPILING``; one with S2's lag takes 30 to 45 us a sample, and 2 to 8 s to compile."""
 
+MOST = 4_000_000
+"""Of more estimates every second, third, ... is scored, so that a day at 1 kHz fits into memory."""
+
+MOST_FITTED = 1_000_000
+"""Baselines are fitted to no more samples of S1, from the middle of what is scored."""
+
+_MOSTLY = 0.9
+
 DERIVED = "as the recording suggests them, not fitted"
 GIVEN = "as tune has fitted them"
 FITTED = "fitted to the span that is scored, which flatters them"
@@ -176,10 +184,11 @@ def score(
     """
     estimate, explanation = recording.estimate, dict(behind or {})
     recomputed = estimate.stamps_ns.size == 0
-    trace = _fused(recording.series, parameters)
+    every = _every(recording)
+    trace = _fused(recording.series, parameters, every)
     computed, computed_explanation = _computed(recording, trace)
     computed = computed._replace(values=nearest(computed.values, 0.0, recording.period))
-    estimate = computed if recomputed else estimate
+    estimate = computed if recomputed else _at(estimate, computed) if every > 1 else estimate
     if _equal(estimate, computed):
         explanation = {**computed_explanation, **explanation}
     estimate = _from(estimate, recording.start_ns, start_s)
@@ -194,7 +203,7 @@ def score(
         known = explanation.pop(DEVIATION)
         deviations["estimate"] = held(known.stamps_ns, known.values, stamps_ns)
     for name, method in methods(used).items():
-        other = _rising(run(method, series, compile_from=BASELINES_WORTH_COMPILING))
+        other = _rising(run(method, series, compile_from=BASELINES_WORTH_COMPILING, every=every))
         value = np.where(other.mode == WAITING, np.nan, other.value)
         values[name] = held(other.stamp_ns, value, stamps_ns)
         deviations[name] = held(other.stamp_ns, other.standard_deviation, stamps_ns)
@@ -225,7 +234,7 @@ def score(
             if track.stamps_ns.size
         },
         modes=shares_of(trace.mode.tolist(), trace.stamp_ns.tolist()),
-        notes=(*recording.notes, *_single(matched)),
+        notes=(*recording.notes, *_thinned(every), *_single(matched)),
     )
 
 
@@ -237,6 +246,10 @@ def _baselines(
         return given, GIVEN
     series = recording.series
     if given is not None and matched_ns.size:
+        begin, end = np.searchsorted(series.s1_ns, [matched_ns[0], matched_ns[-1]]).tolist()
+        if end - begin > MOST_FITTED:
+            begin = (begin + end - MOST_FITTED) // 2
+            series = series.part(begin, begin + MOST_FITTED)
         truth = interpolated(recording.truth, series.s1_ns, recording.period)
         truth = nearest(truth, held_s2(series), recording.period)
         counted = np.isfinite(truth) & (series.s2_known > 0)
@@ -259,9 +272,35 @@ def _from(track: Track, first_ns: int, start_s: float | None) -> Track:
     return Track(track.stamps_ns[kept], track.values[kept], track.log_ns[kept])
 
 
-def _fused(series: Series, parameters: Parameters) -> Trace:
-    """Return the estimates of the fusion, as a node publishes them."""
-    trace = run(fusion(parameters, series.started_ns), series, compile_from=WORTH_COMPILING)
+def _every(recording: Recording) -> int:
+    """Return of how many estimates one is scored; of estimates at stamps of their own, each."""
+    series, own_ns = recording.series, recording.estimate.stamps_ns
+    every = -(-(series.s1.size + series.s2_alone.size) // MOST)
+    are_foreign = own_ns.size > 0 and _among(own_ns[:: every or 1], series.s1_ns).mean() < _MOSTLY
+    return 1 if are_foreign else max(every, 1)
+
+
+def _at(estimate: Track, computed: Track) -> Track:
+    """Return those estimates of a bag that are at the stamps of computed ones."""
+    kept = _among(estimate.stamps_ns, computed.stamps_ns)
+    return Track(estimate.stamps_ns[kept], estimate.values[kept], estimate.log_ns[kept])
+
+
+def _among(stamps_ns: Stamps, of_ns: Stamps) -> Flags:
+    """Return which stamps are among others, which rise, shape (n,)."""
+    after = np.minimum(np.searchsorted(of_ns, stamps_ns), of_ns.size - 1)
+    found: Flags = of_ns[after] == stamps_ns
+    return found
+
+
+def _thinned(every: int) -> list[str]:
+    return [f"a long recording: one estimate in {every} is scored"] if every > 1 else []
+
+
+def _fused(series: Series, parameters: Parameters, every: int) -> Trace:
+    """Return the estimates of the fusion, as a node publishes them; one in ``every``."""
+    method = fusion(parameters, series.started_ns)
+    trace = run(method, series, compile_from=WORTH_COMPILING, every=every)
     return _rising(trace.rows(trace.mode != WAITING))
 
 

@@ -11,18 +11,20 @@ import numpy as np
 
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, baselines_for
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals, root_mean_square
-from fuzzy_fusion_ros.batch.series import Series, run
+from fuzzy_fusion_ros.batch.series import Series, values
 from fuzzy_fusion_ros.parameters.group import Value, flatten, replace
 from fuzzy_fusion_ros.tuning.search import Minimum, Pool, Progress, Search
 from fuzzy_fusion_ros.tuning.space import Axis, Space, space_of
 
-EVALUATIONS = (1, 120, 160, 300, 240)
-"""Evaluations from each start, by number of parameters moved; the last is for more, too, whose
-search ends by least squares."""
+EVALUATIONS = 240
+"""Evaluations of the evolution in a fit of more than ``FEW`` parameters; least squares end it."""
+
+FEW = 3
+"""A fit of no more parameters is by least squares from several starts."""
 
 SHIFTS = (0.0, 0.15, -0.15)
-"""Starts of a fit of two or three parameters, as distances from the derived ones; more parameters
-are fitted from the derived ones only."""
+"""Those starts, as distances from the derived parameters; more parameters are fitted from the
+derived ones only."""
 
 _SPREAD = 0.15
 
@@ -103,7 +105,7 @@ def warm_up(series: Series) -> None:
         s1_ns=series.s1_ns[:2], s1=series.s1[:2], s2_known=np.minimum(series.s2_known[:2], 1)
     )
     for baseline in BASELINES.values():
-        run(baseline.method(BaselineParameters()), short)
+        values(baseline.method(BaselineParameters()), short)
 
 
 def fit_baselines_in(
@@ -113,13 +115,15 @@ def fit_baselines_in(
     derived = baselines_for(max(recordings, key=_samples))
     listed = list(attempts(derived))
 
+    wanted = target[counted]
+
     def residuals_of(attempt: Attempt) -> Callable[[Reals], Reals]:
         baseline = BASELINES[attempt.name]
 
         def residuals(point: Reals) -> Reals:
             method = baseline.method(attempt.at(point))
-            value = np.concatenate([run(method, each).value for each in recordings])
-            return value[counted] - target[counted]
+            value = np.concatenate([values(method, each) for each in recordings])
+            return value[counted] - wanted
 
         return residuals
 
@@ -144,22 +148,20 @@ def attempts(derived: BaselineParameters) -> Iterator[Attempt]:
             switched = replace(derived, dict(zip(baseline.switches, states, strict=True)))
             axes = [_axis(each, flatten(derived)[each]) for each in baseline.moved]
             space = space_of(BaselineParameters, axes, {})
-            for shift in SHIFTS if len(axes) in {2, 3} else SHIFTS[:1]:
+            for shift in SHIFTS if 0 < len(axes) <= FEW else SHIFTS[:1]:
                 yield Attempt(name, switched, space, shift, number)
                 number += 1
 
 
 def _search(attempt: Attempt, residuals: Callable[[Reals], Reals], seed: int) -> Search:
     """Return the search of an attempt, given its errors at each sample that counts."""
-    moved = len(attempt.space.axes)
-    many = moved >= len(EVALUATIONS) - 1
     return Search(
         lambda point: root_mean_square(residuals(point)),
         np.clip(attempt.space.point({}) + attempt.shift, 0.0, 1.0),
         _SPREAD,
-        EVALUATIONS[-1 if many else moved],
+        EVALUATIONS if len(attempt.space.axes) > FEW else 1,
         (seed, 2, attempt.number),
-        residuals if many else None,
+        residuals,
     )
 
 

@@ -11,6 +11,7 @@ from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.self_tuning import homes
 from fuzzy_fusion_ros.tuning.characterise import Characteristics
 from fuzzy_fusion_ros.tuning.fit import Evaluations, FitSpec
+from fuzzy_fusion_ros.tuning.search import MEMBERS
 from fuzzy_fusion_ros.tuning.space import (
     LAGS,
     SURE,
@@ -31,13 +32,12 @@ from fuzzy_fusion_ros.tuning.space import (
 
 EVALUATIONS = MappingProxyType(
     {
-        "bias": Evaluations(250, 600, 300),
-        "slope": Evaluations(250, 600, 300),
-        "full": Evaluations(250, 600, 300),
-        "aggregator": Evaluations(160, 400, 200),
+        True: Evaluations(60, 1, 1, finalists=2),
+        False: Evaluations(250, 600, 300),
     }
 )
-"""Evaluations that a fit of each candidate may take, up to ``LONG`` samples of S1."""
+"""Evaluations of the evolution in a fit of each candidate, up to ``LONG`` samples of S1, with a
+truth and without: with a truth least squares do the rest."""
 
 LONG = 40_000
 """With more samples there are fewer evaluations in proportion, so that a fit takes no longer."""
@@ -76,7 +76,9 @@ def candidates_for(sensors: Characteristics, with_truth: bool = True) -> list[Ca
     return [
         Candidate("s2", "raw S2", _alone(0.0, patient)),
         Candidate("s1", "raw S1", _alone(1.0, lost)),
-        Candidate("aggregator", "the paper's rules on raw S1", _aggregator(sensors, lost)),
+        Candidate(
+            "aggregator", "the paper's rules on raw S1", _aggregator(sensors, lost, with_truth)
+        ),
         Candidate(
             "bias",
             "S1 minus its bias, learnt from S2",
@@ -96,10 +98,10 @@ def _alone(weight: float, timeout: float) -> FitSpec:
     return FitSpec(space, ({},), Evaluations(1, 1, 1))
 
 
-def _aggregator(sensors: Characteristics, lost: float) -> FitSpec:
+def _aggregator(sensors: Characteristics, lost: float, with_truth: bool) -> FitSpec:
     space = _space(aggregator_axes(sensors), {**_OFF, "s2.timeout": lost})
     starts = (_weights(0.9, 0.9, 0.98, 0.98), _weights(0.02, 0.05, 0.3, 0.7))
-    return FitSpec(space, starts, _evaluations("aggregator", sensors))
+    return FitSpec(space, starts, _evaluations(sensors, with_truth))
 
 
 def _observer(name: str, sensors: Characteristics, lost: float, with_truth: bool) -> FitSpec:
@@ -136,7 +138,7 @@ def _observer(name: str, sensors: Characteristics, lost: float, with_truth: bool
             axes = [each for each in axes if each.name not in LAGS]
         axes.append(noise_axis(sensors))
     space = _space(axes, fixed, very_large if has_rules else nothing_follows)
-    return FitSpec(space, starts, _evaluations(name, sensors))
+    return FitSpec(space, starts, _evaluations(sensors, with_truth))
 
 
 def _space(
@@ -145,10 +147,12 @@ def _space(
     return space_of(Parameters, axes, fixed, follow)
 
 
-def _evaluations(name: str, sensors: Characteristics) -> Evaluations:
+def _evaluations(sensors: Characteristics, with_truth: bool) -> Evaluations:
     samples = sensors.span / sensors.s1_interval
     share = max(FEWEST, min(1.0, LONG / samples))
-    return Evaluations(*(round(share * each) for each in EVALUATIONS[name]))
+    given = EVALUATIONS[with_truth]
+    start, finalist, part = (max(round(share * each), 1) for each in given[:3])
+    return given._replace(start=max(start, 2 * MEMBERS), finalist=finalist, part=part)
 
 
 def _weights(*levels: float) -> dict[str, float]:

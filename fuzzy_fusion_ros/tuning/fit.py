@@ -12,14 +12,11 @@ import numpy as np
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals, root_mean_square
 from fuzzy_fusion_ros.batch.series import Series
 from fuzzy_fusion_ros.parameters.fusion import Parameters
-from fuzzy_fusion_ros.parameters.group import replace
+from fuzzy_fusion_ros.parameters.group import numbers, numbers_with, replace
 from fuzzy_fusion_ros.tuning.characterise import TINY
 from fuzzy_fusion_ros.tuning.kernel import Output, joined
-from fuzzy_fusion_ros.tuning.search import Minimum, Pool, Search
+from fuzzy_fusion_ros.tuning.search import LEAST_SQUARES_STEPS, Minimum, Pool, Search
 from fuzzy_fusion_ros.tuning.space import Space
-
-FINALISTS = 1
-"""Number of starts from which the search is continued: the best."""
 
 FREEDOM = 4.0
 """Degrees of freedom of the Student-t distribution of innovations: outliers of S2 weigh little."""
@@ -28,6 +25,9 @@ _SIZES = np.geomspace(1e-4, 3.0, 200)
 
 WORST = 300.0
 """A mean of logarithms beyond this is as bad as any."""
+
+REFIT_STEPS = 3
+"""Steps of least squares in a fit to a part, which starts where the fit to the whole ended."""
 
 _START_SPREAD = 0.12
 _FINAL_SPREAD = 0.1
@@ -130,17 +130,19 @@ def _arrived(series: Series, counted: Flags) -> Flags:
 
 
 class Evaluations(NamedTuple):
-    """How often the optimiser may evaluate the misfit.
+    """How often the evolution may evaluate the misfit; least squares, if any, come on top.
 
     Attributes:
         start: From each start.
-        finalist: From the best of these.
+        finalist: From each of the best of these.
         part: In each fit to a part of the recording.
+        finalists: How many of the starts are continued from.
     """
 
     start: int
     finalist: int
     part: int
+    finalists: int = 1
 
 
 class FitSpec(NamedTuple):
@@ -156,11 +158,19 @@ class FitSpec(NamedTuple):
     starts: Sequence[Mapping[str, float]]
     evaluations: Evaluations
 
-    @property
-    def planned(self) -> int:
-        """Largest number of evaluations of a fit."""
-        starts, finalists = len(self.starts), min(FINALISTS, len(self.starts))
-        return starts * self.evaluations.start + finalists * self.evaluations.finalist
+    def planned(self, with_truth: bool, folds: int) -> int:
+        """Return the largest number of evaluations of a fit and its refits.
+
+        Args:
+            with_truth: Whether searches end by least squares.
+            folds: Number of refits.
+        """
+        finalists, evaluations = min(self.evaluations.finalists, len(self.starts)), self.evaluations
+        least = finalists * evaluations.finalist + folds * evaluations.part
+        if with_truth:
+            steps = finalists * LEAST_SQUARES_STEPS + folds * REFIT_STEPS
+            least += steps * (len(self.space.axes) + 1)
+        return len(self.starts) * evaluations.start + least
 
 
 def cost_of(
@@ -174,11 +184,69 @@ def cost_of(
         counted: Where errors count; as in the problem unless given.
     """
 
+    base = numbers(replace(problem.base, spec.space.values(spec.space.point({}))))
+
     def cost(point: Reals) -> float:
-        parameters = replace(problem.base, spec.space.values(point))
+        parameters = numbers_with(base, spec.space.moved(point))
         return problem.loss(parameters, counted) * (1.0 + spec.space.away(point))
 
     return cost
+
+
+def residuals_of(
+    problem: Problem, spec: FitSpec, counted: Flags | None = None
+) -> Callable[[Reals], Reals] | None:
+    """Return what :func:`cost_of` is the root mean square of; nothing without a truth.
+
+    Args:
+        problem: What is fitted.
+        spec: How.
+        counted: Where errors count; as in the problem unless given.
+    """
+    if not problem.with_truth:
+        return None
+    where = np.flatnonzero(problem.counted if counted is None else counted)
+    target = problem.target[where]
+
+    base = numbers(replace(problem.base, spec.space.values(spec.space.point({}))))
+
+    def residuals(point: Reals) -> Reals:
+        parameters = numbers_with(base, spec.space.moved(point))
+        error = joined(parameters, problem.recordings).value[where] - target
+        return error * (1.0 + spec.space.away(point))
+
+    return residuals
+
+
+def search_of(
+    problem: Problem,
+    spec: FitSpec,
+    start: Reals,
+    evaluations: int,
+    seed: tuple[int, ...],
+    counted: Flags | None = None,
+    steps: int = LEAST_SQUARES_STEPS,
+) -> Search:
+    """Return the search that continues from a good point.
+
+    Args:
+        problem: What is fitted.
+        spec: How.
+        start: The point.
+        evaluations: How often the evolution may evaluate the cost.
+        seed: Seed of the search.
+        counted: Where errors count; as in the problem unless given.
+        steps: Largest number of steps of least squares.
+    """
+    return Search(
+        cost_of(problem, spec, counted),
+        start,
+        _FINAL_SPREAD,
+        evaluations,
+        seed,
+        residuals_of(problem, spec, counted),
+        steps,
+    )
 
 
 def fits(
@@ -192,10 +260,9 @@ def fits(
         pool: Where the fits run.
         seed: Seed of all of them.
     """
-    costs = [cost_of(problem, each) for each in specs]
     first = [
         Search(
-            costs[k],
+            cost_of(problem, spec),
             np.clip(spec.space.point(start), 0.02, 0.98),
             _START_SPREAD,
             spec.evaluations.start,
@@ -205,17 +272,17 @@ def fits(
         for number, start in enumerate(spec.starts)
     ]
     answers = iter(pool.run(first))
-    begun = [[next(answers) for _ in spec.starts] for spec in specs]
+    begun = [
+        sorted((next(answers) for _ in spec.starts), key=_cost)[: spec.evaluations.finalists]
+        for spec in specs
+    ]
     second = [
-        Search(
-            costs[k], each.point, _FINAL_SPREAD, spec.evaluations.finalist, (*seed, 1, k, number)
-        )
+        search_of(problem, spec, each.point, spec.evaluations.finalist, (*seed, 1, k, number))
         for k, spec in enumerate(specs)
-        for number, each in enumerate(sorted(begun[k], key=_cost)[:FINALISTS])
+        for number, each in enumerate(begun[k])
     ]
     answers = iter(pool.run(second))
-    ended = [[next(answers) for _ in each[:FINALISTS]] for each in begun]
-    return [min(each, key=_cost) for each in ended]
+    return [min((next(answers) for _ in each), key=_cost) for each in begun]
 
 
 def _cost(minimum: Minimum) -> float:

@@ -22,9 +22,16 @@ from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.tuning.candidates import Candidate, candidates_for
 from fuzzy_fusion_ros.tuning.characterise import TINY, Characteristics
-from fuzzy_fusion_ros.tuning.fit import FitSpec, Problem, cost_of, fits, plain_surprise
+from fuzzy_fusion_ros.tuning.fit import (
+    REFIT_STEPS,
+    FitSpec,
+    Problem,
+    fits,
+    plain_surprise,
+    search_of,
+)
 from fuzzy_fusion_ros.tuning.kernel import joined
-from fuzzy_fusion_ros.tuning.search import Minimum, Pool, Search
+from fuzzy_fusion_ros.tuning.search import Minimum, Pool
 from fuzzy_fusion_ros.tuning.space import trusted
 
 BLOCKS = 4
@@ -45,8 +52,6 @@ ENOUGH_S2 = 50
 
 RULES_PAY = 0.95
 """Without a truth, the rules must lower the surprise to this share."""
-
-_REFIT_SPREAD = 0.1
 
 
 class FittedCandidate(NamedTuple):
@@ -80,7 +85,7 @@ def planned(sensors: Characteristics, with_truth: bool, parts: int) -> int:
         parts: Number of parts.
     """
     specs = [each.spec for each in candidates_for(sensors, with_truth)]
-    return sum(each.planned + min(parts, MOST_FOLDS) * each.evaluations.part for each in specs)
+    return sum(each.planned(with_truth, min(parts, MOST_FOLDS)) for each in specs)
 
 
 def cross_validate(
@@ -99,12 +104,14 @@ def cross_validate(
     parts = parts_of(problem)
     folds = folds_of(parts)
     searches = [
-        Search(
-            cost_of(problem, candidate.spec, problem.counted & ~fold),
+        search_of(
+            problem,
+            candidate.spec,
             fit.point,
-            _REFIT_SPREAD,
             candidate.spec.evaluations.part,
             (seed, 1, number, k),
+            problem.counted & ~fold,
+            REFIT_STEPS,
         )
         for number, (candidate, fit) in enumerate(zip(candidates, best, strict=True))
         for k, fold in enumerate(folds)

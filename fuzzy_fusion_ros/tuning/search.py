@@ -29,8 +29,7 @@ CONVERGED = 1e-4
 """A run ends when the costs of its population differ by less than this share."""
 
 LEAST_SQUARES_STEPS = 15
-"""Largest number of steps of a least-squares fit; each takes an evaluation for every dimension and
-one more."""
+"""Steps of a least-squares fit, unless it is known to start near its end."""
 
 _DIFFERENCE = 1e-2
 """Relative step of numerical derivatives: wide, as costs are rough where a delay line has steps."""
@@ -48,10 +47,13 @@ class Search(NamedTuple):
         cost: What to minimise, over points of the unit cube.
         start: Where to start, shape (d,).
         spread: Standard deviation of the first population about it.
-        evaluations: How often the evolution may call ``cost``.
+        evaluations: How often the evolution may call ``cost``; there is none where these are too
+            few for two generations.
         seed: Seed of this run.
         residuals: What ``cost`` is the root mean square of, shape (n,), to end the search by least
-            squares; without it there are none.
+            squares, from its start and from where the evolution ends; without it there are none.
+        steps: Largest number of steps of least squares, each of which takes an evaluation for every
+            dimension and one more.
     """
 
     cost: Callable[[Reals], float]
@@ -60,13 +62,20 @@ class Search(NamedTuple):
     evaluations: int
     seed: tuple[int, ...]
     residuals: Callable[[Reals], Reals] | None = None
+    steps: int = LEAST_SQUARES_STEPS
 
     @property
     def planned(self) -> int:
         """Largest number of evaluations."""
         if self.residuals is None:
             return self.evaluations
-        return self.evaluations + 2 * LEAST_SQUARES_STEPS * (self.start.size + 1)
+        ends = 2 if self.evolves else 1
+        return self.evaluations + ends * self.steps * (self.start.size + 1)
+
+    @property
+    def evolves(self) -> bool:
+        """Whether there is an evolution."""
+        return self.start.size > 0 and self.evaluations >= 2 * MEMBERS
 
 
 class Minimum(NamedTuple):
@@ -83,12 +92,19 @@ class Minimum(NamedTuple):
 
 def minimise(search: Search) -> Minimum:
     """Run the optimiser; the result is never worse than the start."""
+    start = np.clip(search.start, 0.0, 1.0)
+    found = [_evolved(search, start) if search.evolves else Minimum(search.cost(start), start)]
+    if search.residuals is not None and start.size > 0:
+        starts = [start, found[0].point] if search.evolves else [start]
+        found += [_least_squares(search.residuals, each, search.steps) for each in starts]
+    return min(found, key=lambda minimum: minimum.cost)
+
+
+def _evolved(search: Search, start: Reals) -> Minimum:
+    """Run the differential evolution around a point, which is one of its members."""
     from scipy.optimize import differential_evolution  # costs start-up time
 
     generator = np.random.default_rng(search.seed)
-    start = np.clip(search.start, 0.0, 1.0)
-    if start.size == 0 or search.evaluations < 2 * MEMBERS:
-        return Minimum(search.cost(start), start)
     cloud = start + search.spread * generator.standard_normal((MEMBERS, start.size))
     cloud[0] = start
     best = differential_evolution(
@@ -100,14 +116,10 @@ def minimise(search: Search) -> Minimum:
         polish=False,
         seed=generator,
     )
-    evolved = Minimum(float(best.fun), np.asarray(best.x, np.float64))
-    if search.residuals is None:
-        return evolved
-    ends = [_least_squares(search.residuals, each) for each in (start, evolved.point)]
-    return min(evolved, *ends, key=lambda minimum: minimum.cost)
+    return Minimum(float(best.fun), np.asarray(best.x, np.float64))
 
 
-def _least_squares(residuals: Callable[[Reals], Reals], start: Reals) -> Minimum:
+def _least_squares(residuals: Callable[[Reals], Reals], start: Reals, steps: int) -> Minimum:
     """Fit by the trust-region reflective algorithm, within the unit cube."""
     from scipy.optimize import least_squares  # costs start-up time
 
@@ -120,7 +132,7 @@ def _least_squares(residuals: Callable[[Reals], Reals], start: Reals) -> Minimum
         x_scale=0.1,
         ftol=CONVERGED,
         xtol=CONVERGED,
-        max_nfev=LEAST_SQUARES_STEPS,
+        max_nfev=steps,
     )
     point = np.asarray(best.x, np.float64)
     return Minimum(root_mean_square(best.fun), point)

@@ -90,7 +90,8 @@ class Space(NamedTuple):
     def away(self, point: Reals) -> float:
         """Return the cost of being away from the usual values, as a share of the misfit."""
         pulls = [each.pull * each.length**2 for each in self.axes]
-        return float(np.dot(pulls, np.square(point - self.point({}))))
+        usual = [each.place(each.usual) for each in self.axes]
+        return float(np.dot(pulls, np.square(point - usual)))
 
     def point(self, values: Mapping[str, float]) -> Reals:
         """Return the point of the given values; others are at their usual value.
@@ -102,6 +103,10 @@ class Space(NamedTuple):
 
     def values(self, point: Reals) -> dict[str, float]:
         """Return the parameters at a point by dotted name, including those that are set."""
+        return {**within(self.limits, self.fixed), **self.moved(point)}
+
+    def moved(self, point: Reals) -> dict[str, float]:
+        """Return the parameters at a point by dotted name, without those that are only set."""
         moved = {
             each.name: each.value(float(place))
             for each, place in zip(self.axes, point, strict=True)
@@ -109,8 +114,7 @@ class Space(NamedTuple):
         for each in self.axes:
             if each.share_of:
                 moved[each.name] *= moved[each.share_of]
-        values = {**self.fixed, **moved}
-        return within(self.limits, {**values, **self.follow(values)})
+        return within(self.limits, {**moved, **self.follow({**self.fixed, **moved})})
 
 
 def nothing_follows(values: Mapping[str, float]) -> Mapping[str, float]:

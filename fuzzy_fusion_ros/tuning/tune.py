@@ -11,7 +11,7 @@ import numpy as np
 
 from fuzzy_fusion_ros.baselines import BaselineParameters, methods
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals, root_mean_square
-from fuzzy_fusion_ros.batch.series import Method, Series, Trace, fusion, run
+from fuzzy_fusion_ros.batch.series import Method, Series, fusion, run, values
 from fuzzy_fusion_ros.core.numerics import lag_gain
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import allowed, flatten, replace
@@ -371,16 +371,17 @@ def with_deviation(problem: Problem, parameters: Parameters, optimism: float) ->
         optimism: By how much errors on unseen blocks are larger than those fitted to.
     """
     plain = replace(parameters, {"estimate.deviation_scale": 1.0, "s1.noise": 0.0})
-    trace = _traced(problem, plain)
-    where = problem.counted & (trace.standard_deviation > 0.0)
+    traces = [run(fusion(plain, each.started_ns), each) for each in problem.recordings]
+    deviation = np.concatenate([each.standard_deviation for each in traces])
+    where = problem.counted & (deviation > 0.0)
     if not where.any():
         return parameters
-    error = (trace.value - problem.target)[where]
+    error = (np.concatenate([each.value for each in traces]) - problem.target)[where]
     typical = root_mean_square(error)
     best, least = plain, math.inf
     for share in _FLOORS:
         floor = share * typical
-        variance = np.square(trace.standard_deviation[where]) + floor**2
+        variance = np.square(deviation[where]) + floor**2
         factor = float(np.mean(np.square(error) / variance))
         unlikely = math.log(max(factor, TINY)) + float(np.mean(np.log(variance)))
         if unlikely < least:
@@ -431,7 +432,7 @@ def with_predictor(problem: Problem, parameters: Parameters) -> Parameters:
     parts = model_selection.parts_of(problem)
 
     def part_errors(parameters: Parameters) -> Reals:
-        errors = _traced(problem, parameters).value - problem.target
+        errors = _values(problem, parameters) - problem.target
         return model_selection.errors_by_part(errors, parts)
 
     off = replace(parameters, {"predictor.enabled": False})
@@ -454,7 +455,7 @@ def error_of(problem: Problem, parameters: Parameters) -> float:
         problem: What was fitted.
         parameters: Of the estimator.
     """
-    value = _traced(problem, parameters).value
+    value = _values(problem, parameters)
     return root_mean_square((value - problem.target)[problem.counted])
 
 
@@ -465,7 +466,7 @@ def errors_of(problem: Problem, parameters: Parameters) -> list[float]:
         problem: What was fitted.
         parameters: Of the estimator.
     """
-    return _errors_of(problem, _traced(problem, parameters).value)
+    return _errors_of(problem, _values(problem, parameters))
 
 
 def method_errors(problem: Problem, method: Method) -> list[float]:
@@ -476,7 +477,7 @@ def method_errors(problem: Problem, method: Method) -> list[float]:
         method: The baseline.
     """
     return _errors_of(
-        problem, np.concatenate([run(method, each).value for each in problem.recordings])
+        problem, np.concatenate([values(method, each) for each in problem.recordings])
     )
 
 
@@ -485,12 +486,11 @@ def _errors_of(problem: Problem, values: Reals) -> list[float]:
     return [root_mean_square(each[np.isfinite(each)]) for each in problem.by_recording(errors)]
 
 
-def _traced(problem: Problem, parameters: Parameters) -> Trace:
-    """Run the whole estimator over every recording; return its traces in a row."""
-    traces = [run(fusion(parameters, each.started_ns), each) for each in problem.recordings]
-    if len(traces) == 1:
-        return traces[0]
-    return Trace._make(np.concatenate(each) for each in zip(*traces, strict=True))
+def _values(problem: Problem, parameters: Parameters) -> Reals:
+    """Run the whole estimator over every recording; return its estimates in a row, shape (n,)."""
+    return np.concatenate(
+        [values(fusion(parameters, each.started_ns), each) for each in problem.recordings]
+    )
 
 
 def _rounded(value: float) -> float:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from reference import signals
 
 from fuzzy_fusion_ros.batch import series
-from fuzzy_fusion_ros.batch.series import Method, Series, Trace, empty_trace, fusion, run
+from fuzzy_fusion_ros.batch.series import Method, Series, Trace, empty_trace, fusion, held_s2, run
 from fuzzy_fusion_ros.core.estimator import FUSED, S1_ONLY, S2_ONLY, WAITING
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.online.fusion import Fusion
@@ -59,7 +60,7 @@ def series_of(recording: signals.Recording) -> Series:
 def interpreted(method: Method, recorded: Series) -> Trace:
     """Run as ``run`` does, one interpreted step after the other."""
     trace = empty_trace(recorded.s1.size)
-    series._run(method.parameters, method.state, recorded, trace)
+    series._run(method.parameters, method.state, recorded, trace, 1)
     return trace
 
 
@@ -130,6 +131,45 @@ def test_a_series_is_stepping_bit_for_bit(variant: str) -> None:
         assert row == tuple(tuple(array[k]) if array.ndim > 1 else array[k] for array in trace), (
             f"sample {k}"
         )
+
+
+@pytest.mark.parametrize("every", [3, 7, 1000])
+def test_a_thinned_trace_is_every_so_many_rows_of_the_whole(every: int) -> None:
+    recorded = series_of(signals.irregular(400, seed=5, gap_ns=2 * SECOND))
+    alone = np.arange(0, recorded.s2.size, 4)
+    recorded = recorded._replace(s2_alone=alone)
+    method = fusion(Parameters())
+    whole, thinned = (run(method, recorded, every=each) for each in (1, every))
+    first = np.arange(whole.value.size) % every == 0
+    assert bits(thinned) == bits(whole.rows(first))
+
+
+def test_a_part_of_a_series_is_what_it_holds_there() -> None:
+    recorded = series_of(signals.irregular(400, seed=5))
+    part = recorded.part(100, 300)
+    there = part.s2_known > 0
+    assert part.s1.tolist() == recorded.s1[100:300].tolist()
+    assert there.any()
+    assert held_s2(part)[there].tolist() == held_s2(recorded)[100:300][there].tolist()
+    assert part.s2.size == part.s2_known[-1]
+
+
+def test_many_short_series_are_compiled_for_like_a_long_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    compilations: list[object] = []
+
+    def compiled(loop: object, **own: object) -> object:
+        compilations.append(loop)
+        return series.interpreted(loop, **own)
+
+    monkeypatch.setattr(series, "compiled", compiled)
+    monkeypatch.setattr(series, "_INTERPRETED", Counter())
+    recorded = series_of(signals.irregular(50, seed=5))
+    n = recorded.s1.size
+    traces = [run(fusion(Parameters()), recorded, compile_from=2 * n) for _ in range(3)]
+    assert len(compilations) == 2
+    assert bits(traces[0]) == bits(traces[2])
 
 
 def test_two_runs_are_the_same_and_leave_the_method_as_it_was() -> None:

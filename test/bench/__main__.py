@@ -13,6 +13,7 @@ from collections.abc import Callable
 from bench import (
     bags,
     estimator,
+    fleet,
     lockstep,
     machine,
     memory,
@@ -32,6 +33,7 @@ BENCHMARKS: dict[str, Callable[[Effort], list[Row]]] = {
     "replay": replaying.rows,
     "bags": bags.rows,
     "memory": memory.rows,
+    "fleet": fleet.rows,
     "programs": programs.rows,
 }
 

@@ -41,7 +41,7 @@ FULL = Effort(
     loops=2000,
     messages=200_000,
     seeds=(5, 20),
-    lengths=(12.5, 50.0),
+    lengths=(150.0, 600.0),
 )
 
 TINY = Effort(
@@ -53,5 +53,5 @@ TINY = Effort(
     loops=50,
     messages=400,
     seeds=(2,),
-    lengths=(10.0,),
+    lengths=(30.0,),
 )

@@ -17,6 +17,7 @@ from fuzzy_fusion_ros.bag import BagWriter
 from fuzzy_fusion_ros.cli.score import main as score
 from fuzzy_fusion_ros.cli.tune import main
 from fuzzy_fusion_ros.jobs.parameter_file import baseline_parameters
+from fuzzy_fusion_ros.offline import excerpts
 from fuzzy_fusion_ros.parameters.file import parameters_from
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import flatten
@@ -219,6 +220,23 @@ def test_one_set_of_parameters_is_fitted_to_several_bags(
         for suffix in (".png", ".html"):
             assert (tmp_path / f"a_{Path(bag).name}{suffix}").stat().st_size > 0
     assert "<title>fit to other</title>" in (tmp_path / "a_other.html").read_text()
+
+
+def test_a_long_bag_is_fitted_to_in_excerpts(
+    bag: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, value in (("MOST", 300), ("EXCERPTS", 2), ("FEWEST_S2", 30)):
+        monkeypatch.setattr(excerpts, name, value)
+    files = {"--json": "a.json", "--plot": "a.png", "--output": "a.yaml"}
+    options = [text for name, file in files.items() for text in (name, str(tmp_path / file))]
+    assert main([str(bag), *options]) == 0
+    out, said = capsys.readouterr()
+    assert said.startswith(f"tune: {bag}: 500 samples of S1: the fit is to 2 excerpts of 152")
+    document = json.loads((tmp_path / "a.json").read_text())
+    assert list(document["recordings"]) == [f"{bag}, 1 of 2", f"{bag}, 2 of 2"]
+    assert "bag, 2 of 2" in out
+    assert (tmp_path / "a.png").exists()
+    assert (tmp_path / "a.yaml").read_text().startswith("# Made by tune from bag, --seed 0")
 
 
 def test_a_bag_of_other_sensors_is_named(

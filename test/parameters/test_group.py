@@ -20,6 +20,7 @@ from fuzzy_fusion_ros.parameters.group import (
     group,
     integer,
     numbers,
+    numbers_with,
     real,
     replace,
     switch,
@@ -218,6 +219,14 @@ def test_numbers_have_the_attributes_of_the_group_less_its_texts() -> None:
     assert plain.spans.second.end == 3.0
     assert plain.spans.closed is True
     assert not hasattr(plain, "name")
+
+
+def test_numbers_are_changed_as_the_group_is() -> None:
+    changes = {"count": 5.0, "spans.first.end": 4, "spans.second.end": 7.0}
+    changed = numbers_with(numbers(Settings()), changes)
+    assert changed == numbers(replace(Settings(), {**changes, "count": 5}))
+    assert [type(each) for each in (changed.count, changed.spans.first.end)] == [int, float]
+    assert numbers(changed) is changed
 
 
 def test_numbers_of_equal_groups_are_of_one_type_and_can_be_pickled() -> None:

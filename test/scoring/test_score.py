@@ -21,6 +21,7 @@ from fuzzy_fusion_ros.offline.topics import Topics
 from fuzzy_fusion_ros.parameters.errors import BagError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
+from fuzzy_fusion_ros.scoring import score as score_module
 from fuzzy_fusion_ros.scoring.metrics import METRICS, ScoreError
 from fuzzy_fusion_ros.scoring.report import BEST_BASELINE, report, summary, table
 from fuzzy_fusion_ros.scoring.score import DERIVED, FITTED, GIVEN, Fit, Score, score_bag
@@ -308,6 +309,27 @@ def test_defaults_are_derived_once_per_recording(bag: Path) -> None:
     score = scored(bag)
     given = baselines_for(read(bag).series)
     assert scored(bag, baselines=given).as_json() == score.as_json()
+
+
+@pytest.mark.parametrize("estimate", [True, False])
+def test_of_a_long_recording_one_estimate_in_so_many_is_scored(
+    estimate: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bag = write_scalars(tmp_path / "bag", swing(estimate=estimate))
+    whole = scored(bag)
+    monkeypatch.setattr(score_module, "MOST", 100)
+    thinned = scored(bag)
+    assert thinned.notes == (*whole.notes, "a long recording: one estimate in 5 is scored")
+    assert 5 * (thinned.matched - 1) <= whole.matched <= 5 * (thinned.matched + 1)
+    at = np.isin(whole.time_s.round(6), thinned.time_s.round(6))
+    for name, values in thinned.values.items():
+        assert values.tolist() == whole.values[name][at].tolist()
+    foreign = [Scalar("/estimate", 0.003 + 0.01 * k, 0.1) for k in range(400)]
+    other = write_scalars(
+        tmp_path / "other",
+        sorted([*swing(estimate=False), *foreign], key=lambda each: each.time_s),
+    )
+    assert scored(other).matched > 300
 
 
 def test_filters_have_run_from_the_first_message_on_when_a_span_is_scored(bag: Path) -> None:

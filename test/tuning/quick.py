@@ -13,4 +13,4 @@ def be_quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the optimiser try little."""
     few = Evaluations(40, 60, 40)
     monkeypatch.setattr(candidates, "EVALUATIONS", dict.fromkeys(candidates.EVALUATIONS, few))
-    monkeypatch.setattr(baselines, "EVALUATIONS", (1, 40, 40, 40, 40))
+    monkeypatch.setattr(baselines, "EVALUATIONS", 40)

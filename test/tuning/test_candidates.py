@@ -10,6 +10,7 @@ from fuzzy_fusion_ros.tuning import characterise
 from fuzzy_fusion_ros.tuning.candidates import FEWEST, LONG, candidates_for
 from fuzzy_fusion_ros.tuning.characterise import Characteristics
 from fuzzy_fusion_ros.tuning.fit import Evaluations
+from fuzzy_fusion_ros.tuning.search import MEMBERS
 
 
 @pytest.fixture(scope="module")
@@ -21,14 +22,29 @@ def sensors() -> Characteristics:
 def full_evaluations(sensors: Characteristics, samples: float) -> Evaluations:
     """Return the evaluations of the largest candidate for a recording of so many samples."""
     long = sensors._replace(span=samples * sensors.s1_interval)
-    return {each.name: each for each in candidates_for(long)}["full"].spec.evaluations
+    candidates = candidates_for(long, with_truth=False)
+    return {each.name: each for each in candidates}["full"].spec.evaluations
 
 
 def test_a_long_recording_is_run_less_often(sensors: Characteristics) -> None:
     whole = full_evaluations(sensors, LONG)
     assert full_evaluations(sensors, 100) == whole
-    assert full_evaluations(sensors, 2 * LONG) == tuple(round(each / 2) for each in whole)
-    assert full_evaluations(sensors, 1e9) == tuple(round(FEWEST * each) for each in whole)
+    assert full_evaluations(sensors, 2 * LONG) == (
+        whole.start // 2,
+        whole.finalist // 2,
+        whole.part // 2,
+        1,
+    )
+    assert full_evaluations(sensors, 1e9) == (62, whole.finalist * FEWEST, whole.part * FEWEST, 1)
+
+
+def test_to_a_truth_a_short_evolution_precedes_least_squares(sensors: Characteristics) -> None:
+    for samples in (100, 1e9):
+        long = sensors._replace(span=samples * sensors.s1_interval)
+        for each in candidates_for(long)[2:]:
+            evaluations = each.spec.evaluations
+            assert evaluations.start >= 2 * MEMBERS
+            assert evaluations[1:] == (1, 1, 2)
 
 
 def test_without_a_truth_a_lag_that_is_not_sure_is_kept(sensors: Characteristics) -> None:

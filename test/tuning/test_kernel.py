@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from tuning.recordings import Sensors, made
 
-from fuzzy_fusion_ros.batch.series import fusion, run
+from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters
+from fuzzy_fusion_ros.batch.series import fusion, run, values
 from fuzzy_fusion_ros.core.estimator import FUSED, WAITING
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
@@ -22,6 +23,16 @@ CONDITIONED = {
     "s2.delay": 0.2,
     "s2.timeout": 0.6,
 }
+
+
+@pytest.mark.parametrize("name", ["fusion", *BASELINES])
+def test_values_are_those_of_a_whole_run(name: str) -> None:
+    series = made(Sensors(gap=(10.0, 15.0), spikes=0.05), seconds=20.0).series
+    if name == "fusion":
+        method = fusion(replace(Parameters(), {**CONDITIONED, "predictor.enabled": True}))
+    else:
+        method = BASELINES[name].method(BaselineParameters())
+    assert values(method, series).tolist() == run(method, series).value.tolist()
 
 
 ADAPTING = {**CONDITIONED, "adapt.lag_time_constant": 5.0, "adapt.scale_time_constant": 10.0}

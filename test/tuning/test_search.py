@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fuzzy_fusion_ros.batch.arrays import Reals
-from fuzzy_fusion_ros.tuning.search import Pool, Search, minimise
+from fuzzy_fusion_ros.tuning.search import LEAST_SQUARES_STEPS, Pool, Search, minimise
 
 HILL = Search(
     lambda x: float(np.sum(np.square(x - 0.7))), np.array([0.1, 0.9, 0.5]), 0.1, 2000, (4, 2)
@@ -41,6 +41,23 @@ def test_it_is_never_worse_than_its_start_nor_asks_too_often(evaluations: int) -
     minimum = minimise(HILL._replace(cost=cost, evaluations=evaluations))
     assert minimum.cost < 1e-30
     assert len(asked) <= evaluations
+
+
+@pytest.mark.parametrize("evaluations", [1, 40])
+def test_least_squares_end_a_search(evaluations: int) -> None:
+    target = np.array([0.3, 0.6, 0.45])
+
+    def residuals(point: Reals) -> Reals:
+        return np.concatenate([point - target, [0.1]])
+
+    search = HILL._replace(
+        cost=lambda x: float(np.sqrt(np.mean(np.square(residuals(x))))),
+        evaluations=evaluations,
+        residuals=residuals,
+    )
+    assert minimise(search).point == pytest.approx(target, abs=1e-4)
+    assert search.evolves == (evaluations == 40)
+    assert search.planned == evaluations + (2 if search.evolves else 1) * LEAST_SQUARES_STEPS * 4
 
 
 def test_threads_do_not_change_the_answers() -> None:
