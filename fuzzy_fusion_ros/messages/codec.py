@@ -103,6 +103,14 @@ class ScalarCodec:
             raise MessageError(f"a message is not a {self.type_name}: it has {problem}")
         return Sample(stamp_ns, float(value))
 
+    def value(self, data: bytes) -> float:
+        """Return the scalar of a message that another codec of the same type can read.
+
+        Raises:
+            MessageError: It lacks the element.
+        """
+        return float(self.function.read(self._view(data).numbers(data)))
+
     def place(self, data: bytes) -> Place:
         """Return where stamp and numbers are in a message.
 

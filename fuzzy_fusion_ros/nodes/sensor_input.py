@@ -69,10 +69,19 @@ class SensorInput:
         measured = f" in {unit}" if unit else ""
         return f"{self.subscription.topic}, {field} of {type_name}{measured}"
 
-    def read(self, data: bytes, now_ns: int) -> Sample | None:
-        """Read a message; ``None`` if it cannot be read, which is counted."""
+    def read(self, data: bytes, now_ns: int, stamp_ns: int | None = None) -> Sample | None:
+        """Read a message; ``None`` if it cannot be read, which is counted.
+
+        Args:
+            data: The message.
+            now_ns: Time of receipt, nanoseconds.
+            stamp_ns: Its stamp, if another input has read it.
+        """
         try:
-            stamp_ns, value, _ = self.codec.sample(data, now_ns)
+            if stamp_ns is None:
+                stamp_ns, value, _ = self.codec.sample(data, now_ns)
+            else:
+                value = self.codec.value(data)
         except MessageError as error:
             self.guard.drop(Drop.of(error))
             self.last_problem = str(error)

@@ -39,8 +39,14 @@ class Reader(Protocol):
 
     codec: ScalarCodec
 
-    def read(self, data: bytes, now_ns: int) -> Sample | None:
-        """Return the sample in a message, ``None`` if it cannot be read."""
+    def read(self, data: bytes, now_ns: int, stamp_ns: int | None = None) -> Sample | None:
+        """Return the sample in a message, ``None`` if it cannot be read.
+
+        Args:
+            data: The message.
+            now_ns: Time of receipt, nanoseconds.
+            stamp_ns: Its stamp, if another reader has read it.
+        """
 
     def take(self, received: Received) -> None:
         """Use a sample."""
@@ -120,21 +126,28 @@ class _Source:
 
     def _on_message(self, data: bytes) -> None:
         now_ns = self._time.now_ns()
-        samples = [(reader, reader.read(data, now_ns)) for reader in self.readers]
-        now_ns, log_ns = self._dated(samples, now_ns)
+        stamp_ns, samples = None, []
+        for reader in self.readers:
+            sample = reader.read(data, now_ns, stamp_ns)
+            if sample is not None:
+                stamp_ns = sample.stamp_ns
+                samples.append((reader, sample))
+        now_ns, log_ns = self._dated(stamp_ns, now_ns)
         self._node.recorder.write(self.subscription.topic, log_ns, data)
         for reader, sample in samples:
-            if sample is not None:
-                reader.take(Received(sample, now_ns, log_ns))
+            reader.take(Received(sample, now_ns, log_ns))
         self._after(log_ns)
 
-    def _dated(self, samples: list[tuple[Reader, Sample | None]], now_ns: int) -> tuple[int, int]:
+    def _dated(self, stamp_ns: int | None, now_ns: int) -> tuple[int, int]:
         """Say when a message came; simulated runs are dated by stamps, so that they repeat.
+
+        Args:
+            stamp_ns: The message's stamp, ``None`` if nobody can read it.
+            now_ns: Time of receipt, nanoseconds.
 
         Returns:
             Time of receipt and time to record it at, nanoseconds.
         """
-        stamp_ns = next((sample.stamp_ns for _, sample in samples if sample is not None), None)
         if stamp_ns is None:
             return now_ns, now_ns
         if not self._warned:

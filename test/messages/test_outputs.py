@@ -171,3 +171,79 @@ def test_an_element_that_is_not_there_is_an_error_of_that_estimate(world: World)
         made.message(alone(fused()))
     data = made.message(alone(fused(world.data(kind, {"position": [1.0, 2.0]}))))
     assert list(read(data, kind).position) == [1.0, 0.5]
+
+
+def together(world: World, msgtype: str, fields: dict[str, str]) -> EstimateMessages:
+    """Return the maker of estimates of several channels, by their fields."""
+    sources = {
+        name: EstimateSource(EstimateParameters(), ScalarCodec(world.types, msgtype, field))
+        for name, field in fields.items()
+    }
+    return EstimateMessages(world.types, sources)
+
+
+def valued(values: dict[str, float], s2_message: bytes) -> Together:
+    """Return estimates of several channels."""
+    one = fused(s2_message)
+    return Together(
+        STAMP_NS,
+        {
+            name: dataclasses.replace(one, estimate=one.estimate._replace(value=value))
+            for name, value in values.items()
+        },
+    )
+
+
+IMU = "sensor_msgs/msg/Imu"
+LEVEL = {"orientation.w": 1.0, "linear_acceleration.z": 9.81}
+SETS = {
+    "quaternion": {f"{each}(orientation)": each for each in ("roll", "pitch", "yaw")},
+    "vector": {f"{each}(linear_acceleration)": each for each in ("roll", "pitch")},
+    "numbers": {f"angular_velocity.{axis}": axis for axis in "xyz"},
+}
+
+
+@pytest.mark.parametrize("fields", SETS.values(), ids=list(SETS))
+def test_channels_write_all_their_fields_into_one_message(
+    world: World, fields: dict[str, str]
+) -> None:
+    made = together(world, IMU, {name: field for field, name in fields.items()})
+    values = dict(zip(fields.values(), (0.3, -0.2, 0.1), strict=False))
+    data = made.message(valued(values, world.data(IMU, LEVEL)))
+    for field, name in fields.items():
+        stamp_ns, value, _ = ScalarCodec(world.types, IMU, field).sample(data, 0)
+        assert (stamp_ns, value) == (STAMP_NS, pytest.approx(values[name], abs=1e-12))
+
+
+def test_a_channel_without_an_estimate_leaves_its_field(world: World) -> None:
+    made = together(world, POINT, {"x": "point.x", "y": "point.y"})
+    message = read(made.message(valued({"x": 0.5}, s2(world))))
+    assert (message.point.x, message.point.y) == (0.5, 3.0)
+    with pytest.raises(MessageError, match="channel y has no estimate, and there is no message"):
+        made.message(valued({"x": 0.5}, b""))
+
+
+def test_the_newest_message_of_s2_is_copied(world: World) -> None:
+    made = together(world, POINT, {"x": "point.x", "y": "point.y"})
+    older = valued({"x": 0.5}, world.data(POINT, {"header.frame_id": "an older one"})).fused
+    newer = {"y": dataclasses.replace(fused(s2(world)), s2_ns=1)}
+    for both in ({**older, **newer}, {**newer, **older}):
+        assert read(made.message(Together(STAMP_NS, both))).header.frame_id == "gps"
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("angular_velocity.x", "angular_velocity.x"),
+        ("roll(orientation)", "roll(orientation)"),
+        ("roll(orientation)", "orientation.x"),
+        ("atan2(angular_velocity.x, angular_velocity.y)", "angular_velocity.x"),
+    ],
+)
+def test_channels_that_write_the_same_numbers_are_refused(
+    world: World, first: str, second: str
+) -> None:
+    with pytest.raises(
+        MessageError, match=r"channels a and b both write .* of sensor_msgs/msg/Imu"
+    ):
+        together(world, IMU, {"a": first, "b": second})

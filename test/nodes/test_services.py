@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import pytest
 from nodes.watching import OK, Diagnostics, Log
@@ -66,11 +67,15 @@ def test_services_follow_the_nodes_name(harness: Harness) -> None:
     assert harness.call(Trigger, "/robot/fuser/reset", Trigger.Request()).success
 
 
+CHANNELS = {"channels": ["x", "y"], "y.s1.field": "point.y", "y.s2.field": "point.y"}
+
+
+@pytest.mark.parametrize("channels", [{}, CHANNELS], ids=["one scalar", "channels"])
 def test_parameters_are_saved_as_given(
-    harness: Harness, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    harness: Harness, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, channels: dict[str, Any]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    node = harness.fusion_node({"gate.tolerance": 0.3})
+    node = harness.fusion_node({"gate.tolerance": 0.3, **channels})
     response = harness.call(Trigger, "/fusion_node/save_parameters", Trigger.Request())
     path = tmp_path / "fusion_node_saved.yaml"
     assert (response.success, response.message) == (True, f"parameters written to {path}")
