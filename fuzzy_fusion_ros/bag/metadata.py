@@ -170,7 +170,8 @@ def offered_qos(
     )
 
 
-def qos_to_text(profiles: Sequence[Qos]) -> str:
+@lru_cache(maxsize=256)
+def qos_to_text(profiles: tuple[Qos, ...]) -> str:
     """Return profiles as the YAML text that an MCAP channel holds."""
     described = _described(profiles)
     return yaml.safe_dump(described, sort_keys=False).strip() if described else ""

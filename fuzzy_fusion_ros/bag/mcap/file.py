@@ -203,8 +203,9 @@ class McapFile:
         of_segment = np.searchsorted(begins[1:], places, side="right")
         log_ns = heads["log_ns"]
         early = log_ns < np.array([each.segment.start_ns for each in group], np.uint64)[of_segment]
+        out_of_order = set(of_segment[early].tolist())
         for k, (segment, _) in enumerate(group):
-            if early.any() and early[of_segment == k].any():
+            if k in out_of_order:
                 self._note_on(
                     segment, "also holds earlier messages: messages may come out of order"
                 )

@@ -28,7 +28,8 @@ _CHUNK = struct.Struct("<QQQII")
 _LENGTH = struct.Struct("<Q")
 _CHUNK_INDEX = struct.Struct("<QQQQI")
 """A chunk's times, its begin and length, and the length of what says where its indexes are."""
-_INDEX_ENTRY = struct.Struct("<HQ")
+_INDEX_ENTRY = 2 + 8
+"""Bytes of an entry of that: a channel, and where its index is."""
 _FOOTER = struct.Struct("<QQI")
 _TAIL_BYTES = HEAD.size + _FOOTER.size + len(MCAP0_MAGIC)
 
@@ -179,8 +180,11 @@ def _segment(content: bytes, limit: int, known: dict[frozenset[int], frozenset[i
     entries = content[_CHUNK_INDEX.size : _CHUNK_INDEX.size + size]
     if len(entries) != size:
         raise ValueError("the index of a chunk is cut off")
-    channels = frozenset(channel for channel, _ in _INDEX_ENTRY.iter_unpack(entries))
-    channels = known.setdefault(channels, channels)
+    if size % _INDEX_ENTRY:
+        raise ValueError("the index of a chunk is cut off")
+    numbers = entries[::_INDEX_ENTRY], entries[1::_INDEX_ENTRY]
+    found = frozenset(low + 256 * high for low, high in zip(*numbers, strict=True))
+    channels = known.setdefault(found, found)
     return Segment(start_ns, start, length, end_ns, channels or None, is_chunk=True)
 
 
