@@ -24,6 +24,10 @@ SHOCK = 25.0
 """A sample counts as at most this many times the mean: an outlier says nothing of the noise now."""
 
 
+OUTLIER = 2.0
+"""The same for a sample that the observer has found to be an outlier."""
+
+
 class Evidence(NamedTuple):
     """What S2's innovations say.
 
@@ -42,7 +46,9 @@ def no_evidence() -> Evidence:
     return Evidence(samples=0, variance=0.0)
 
 
-def weighed(kept: Evidence, noise: float, innovation: float, expected: float) -> Evidence:
+def weighed(
+    kept: Evidence, noise: float, innovation: float, expected: float, most: float = SHOCK
+) -> Evidence:
     """Take another innovation.
 
     Args:
@@ -50,6 +56,7 @@ def weighed(kept: Evidence, noise: float, innovation: float, expected: float) ->
         noise: S2's noise, unit of the signal; 0 where it is not known.
         innovation: The innovation.
         expected: Its expected square, in units of S2's noise variance, 1 or more.
+        most: How many times the mean it counts as at most.
     """
     samples, variance = kept.samples, kept.variance
     if samples == 0 and noise > 0.0:
@@ -57,7 +64,7 @@ def weighed(kept: Evidence, noise: float, innovation: float, expected: float) ->
     error = bounded(innovation)
     squared = min(error * error / expected, LARGEST)
     if variance > 0.0:
-        squared = min(squared, SHOCK * variance)
+        squared = min(squared, most * variance)
     samples = min(samples + 1, MEMORY)
     return Evidence(samples, variance + (squared - variance) / samples)
 

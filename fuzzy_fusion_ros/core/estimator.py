@@ -18,10 +18,18 @@ from fuzzy_fusion_ros.core.aggregator import (
     single,
 )
 from fuzzy_fusion_ros.core.conditioning import FastSensor, condition, no_fast_sensor
-from fuzzy_fusion_ros.core.deviation import Evidence, deviation, no_evidence, weighed
+from fuzzy_fusion_ros.core.deviation import (
+    OUTLIER,
+    SHOCK,
+    Evidence,
+    deviation,
+    no_evidence,
+    weighed,
+)
 from fuzzy_fusion_ros.core.gate import NO_PREDICTION, Prediction, accepts, combine
 from fuzzy_fusion_ros.core.numerics import bounded, seconds_between
 from fuzzy_fusion_ros.core.observer import (
+    LASTING,
     Belief,
     believe,
     believed,
@@ -174,7 +182,8 @@ def confronted(parameters: Parameters, kept: Sensors, late: float) -> Sensors:
     """
     usual = kept.evidence.variance
     belief, s1 = believe(parameters, kept.belief, kept.s1, kept.s2, late, usual)
-    evidence = weighed(kept.evidence, parameters.s2.noise, belief.innovation, belief.variance)
+    most = OUTLIER if 0 < belief.outliers < LASTING else SHOCK
+    evidence = weighed(kept.evidence, parameters.s2.noise, belief.innovation, belief.variance, most)
     return Sensors(s1, kept.s2, belief, evidence)
 
 

@@ -14,6 +14,7 @@ delay. Variances are in units of S2's noise variance, since only their ratios ma
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from fuzzy_fusion_ros.core.adaptation import (
@@ -65,6 +66,9 @@ grows by more at a time."""
 LEAST_BELIEF = 1e-6
 """A sample of S2 is trusted at least this much, whatever W1."""
 
+LASTING = 5
+"""So many outliers of S2 in a row that agree are a step: the signal or S2 itself has moved."""
+
 EVIDENCE = 9.0
 """Rejected samples of S1 explain S2 if they lower the squared innovation by this many variances."""
 
@@ -85,6 +89,8 @@ class Belief(NamedTuple):
         weight: W1 of that sample, 0 to 1: the share of the innovation that is not believed.
         drift: How much more than the innovation the signal is off by now, unit of the signal.
         strengths: Firing strengths at that sample.
+        outliers: How many outliers of S2 in a row agree, up to ``LASTING``; 0 if the newest sample
+            is none.
         adaptation: Factors of S2's lag and of S1's movements.
     """
 
@@ -100,6 +106,7 @@ class Belief(NamedTuple):
     weight: float
     drift: float
     strengths: FiringStrengths
+    outliers: int
     adaptation: Adaptation
 
 
@@ -118,6 +125,7 @@ def no_belief() -> Belief:
         weight=1.0,
         drift=0.0,
         strengths=FiringStrengths(0.0, 0.0, 0.0, 0.0),
+        outliers=0,
         adaptation=no_adaptation(),
     )
 
@@ -178,6 +186,7 @@ def moved_on(
         weight=kept.weight,
         drift=kept.drift,
         strengths=kept.strengths,
+        outliers=kept.outliers,
         adaptation=adaptation,
     )
 
@@ -235,6 +244,7 @@ def started(
         weight=kept.weight,
         drift=kept.drift,
         strengths=kept.strengths,
+        outliers=kept.outliers,
         adaptation=adaptation,
     )
 
@@ -255,8 +265,8 @@ def believe(
         s1: S1, conditioned.
         s2: S2, holding the sample.
         late: How long after its stamp it came, seconds, on S1's stamps.
-        usual: Mean square of late innovations, each over its variance, unit of the signal squared;
-            0 where none is known.
+        usual: Mean square of recent innovations, each over its expected variance, unit of the
+            signal squared; 0 where none is known.
 
     Returns:
         The belief after it, and S1, moved to the rejected samples if these explain S2.
@@ -279,7 +289,17 @@ def believe(
             s1 = FastSensor(s1.samples, s1.stamp_ns, s1.interval, stepped_to(s1.smooth.newest, 0.0))
             strengths = rule_strengths(parameters.aggregator, innovation, s2)
             noise = noise_variance(parameters.aggregator, strengths)
-    p = raised(p, doubt(parameters, strengths, innovation))
+    outliers, counted = 0, innovation
+    if parameters.s2.outlier_threshold > 0.0:
+        limit = parameters.s2.outlier_threshold * math.sqrt(usual * (p.m22 + noise))
+        outliers = outliers_with(kept, innovation, limit)
+        if 0 < outliers < LASTING:
+            counted = clamped(innovation, -limit, limit)
+            strengths = rule_strengths(parameters.aggregator, counted, s2)
+            noise = noise_variance(parameters.aggregator, strengths)
+            noise += (p.m22 + noise) * (abs(innovation) / limit - 1.0)
+            usual = 0.0
+    p = raised(p, doubt(parameters, strengths, counted))
     k = gain(p, noise)
     states = corrected_states(kept.states, shown, k, innovation)
     if adaptation.lag.is_on or adaptation.scale.is_on:
@@ -302,10 +322,32 @@ def believe(
             weight=clamped(1.0 - k.second, 0.0, 1.0),
             drift=lead(k) * abs(innovation),
             strengths=strengths,
+            outliers=outliers,
             adaptation=adaptation,
         ),
         s1,
     )
+
+
+def outliers_with(kept: Belief, innovation: float, limit: float) -> int:
+    """Return how many outliers of S2 in a row agree, with its newest sample; 0 if it is none.
+
+    The first of them agree within the limit. From ``LASTING`` on they are a step of S2, which
+    passes as long as what is left of it does not grow by more.
+
+    Args:
+        kept: The belief before the sample.
+        innovation: Its innovation.
+        limit: How far an innovation may be from 0; 0 where nothing is known of them.
+    """
+    if not abs(innovation) > limit > 0.0:
+        return 0
+    if kept.outliers >= LASTING:
+        agrees = innovation * kept.innovation > 0.0
+        agrees = agrees and abs(innovation) <= abs(kept.innovation) + limit
+    else:
+        agrees = abs(innovation - kept.innovation) <= limit
+    return min(kept.outliers + 1, LASTING) if agrees and kept.outliers > 0 else 1
 
 
 def believed(kept: Belief, s1: FastSensor) -> Aggregate:

@@ -209,6 +209,12 @@ class SlowSensorParameters(SensorParameters):
     )
     lag_time_constant: float = real(0.0, "time constant of S2's lag", unit="s", high=1e6)
     delay: float = real(0.0, "delay of S2", unit="s", high=1e6)
+    outlier_threshold: float = real(
+        0.0,
+        "a sample of S2 corrects by at most what this many standard deviations of its innovation "
+        "would, unless several in a row agree; 0: off",
+        high=1e6,
+    )
 
 
 @dataclass(frozen=True)

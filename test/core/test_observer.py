@@ -26,7 +26,7 @@ from fuzzy_fusion_ros.core.estimator import (
     without_s1,
 )
 from fuzzy_fusion_ros.core.model import no_states
-from fuzzy_fusion_ros.core.observer import moved_on, no_belief
+from fuzzy_fusion_ros.core.observer import LASTING, moved_on, no_belief
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
 
@@ -299,9 +299,8 @@ def test_a_gap_of_s1_keeps_the_bias_and_restarts_the_model_of_s2() -> None:
     _, state = fed(lagging, [1.5] * 3000, [1.0] * 3000)
     late_ns = 31 * SECOND + 3 * SECOND
     state = observe_s2(lagging, state, late_ns, 7.0)
-    assert state.sensors.belief.states.bias == pytest.approx(
-        0.5, abs=0.05
-    )  # S1 is silent: not learnt
+    # S1 is silent: not learnt
+    assert state.sensors.belief.states.bias == pytest.approx(0.5, abs=0.05)
     said, state = update(lagging, state, late_ns, 7.5)
     assert said.value == pytest.approx(7.0, abs=0.05)
     assert state.sensors.belief.states.shown.lagged == 7.5
@@ -320,7 +319,12 @@ def test_what_is_finite_stays_finite(samples: list[tuple[float, float]]) -> None
     extreme = replace(
         SPIKES, {"s1.bias_time_constant": 1e-9, "s1.drift_time_constant": 1e-9, "s2.noise": 1e-9}
     )
-    for parameters in (EVERYTHING, SPIKES, extreme):
+    for parameters in (
+        EVERYTHING,
+        SPIKES,
+        extreme,
+        replace(extreme, {"s2.outlier_threshold": 1.0}),
+    ):
         said, _ = fed(parameters, [a for a, _ in samples], [b for _, b in samples])
         for each in said:
             assert np.isfinite((each.value, *each.aggregate[:3])).all()
@@ -366,3 +370,51 @@ def test_s2_alone_does_not_say_how_sure_it_is_while_nothing_is_known() -> None:
     for k in range(5):
         state = observe_s2(lagging, state, SECOND + k * STEP, float(k))
     assert without_s1(lagging, state, SECOND + 4 * STEP).standard_deviation == 0.0
+
+
+ROBUST = replace(LEARNING, {"s2.outlier_threshold": 4.0, "s1.bias_time_constant": 0.5})
+"""At 100 Hz about 2 % of an innovation is learnt."""
+
+
+def noisy(size: int) -> list[float]:
+    """Return noise of S2 as large as its parameter says."""
+    return np.random.default_rng(0).normal(0.0, 0.1, size).tolist()
+
+
+def test_a_burst_of_garbage_in_s2_corrects_little() -> None:
+    burst = np.random.default_rng(1).uniform(-30.0, 90.0, 40).tolist()
+    s2 = [*noisy(400), *burst, *noisy(100)]
+    errors = {}
+    plain = replace(ROBUST, {"s2.outlier_threshold": 0.0})
+    for name, parameters in (("plain", plain), ("robust", ROBUST)):
+        said, state = fed(parameters, [0.0] * len(s2), s2)
+        errors[name] = np.abs(values(said))[400:].max()
+    assert errors["robust"] < 0.5
+    assert errors["plain"] > 10.0
+    assert state.sensors.belief.outliers == 0
+
+
+def test_an_outlier_of_s2_counts_as_one_at_the_limit() -> None:
+    _, state = fed(ROBUST, [0.0] * 400, noisy(400))
+    at_ns = 5 * SECOND
+    far = observe_s2(ROBUST, state, at_ns, 1e3).sensors
+    further = observe_s2(ROBUST, state, at_ns, 1e6).sensors
+    assert far.belief.outliers == 1
+    assert further.belief.states.bias == pytest.approx(far.belief.states.bias, rel=1e-6)
+    assert far.evidence.variance < 1.1 * state.sensors.evidence.variance
+
+
+@pytest.mark.parametrize("step", [5.0, 500.0])
+def test_a_step_of_s2_that_lasts_passes_all_the_same(step: float) -> None:
+    s2 = [*noisy(400), *(step + np.array(noisy(600))).tolist()]
+    robust, _ = fed(ROBUST, [0.0] * 1000, s2)
+    plain, _ = fed(replace(ROBUST, {"s2.outlier_threshold": 0.0}), [0.0] * 1000, s2)
+    arrived = [int(np.argmax(np.abs(values(each)) > 0.5 * step)) for each in (robust, plain)]
+    assert arrived[0] - arrived[1] <= LASTING
+    assert values(robust)[-1] == pytest.approx(step, rel=0.05)
+
+
+def test_an_s2_that_grows_noisy_for_good_is_no_longer_an_outlier() -> None:
+    loud = (20.0 * np.array(noisy(3000))).tolist()
+    _, state = fed(ROBUST, [0.0] * 3400, [*noisy(400), *loud])
+    assert state.sensors.evidence.variance == pytest.approx(4.0, rel=0.7)

@@ -35,7 +35,12 @@ def test_values_are_those_of_a_whole_run(name: str) -> None:
     assert values(method, series).tolist() == run(method, series).value.tolist()
 
 
-ADAPTING = {**CONDITIONED, "adapt.lag_time_constant": 5.0, "adapt.scale_time_constant": 10.0}
+ADAPTING = {
+    **CONDITIONED,
+    "s2.outlier_threshold": 2.0,
+    "adapt.lag_time_constant": 5.0,
+    "adapt.scale_time_constant": 10.0,
+}
 
 
 @pytest.mark.parametrize(
