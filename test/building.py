@@ -4,10 +4,14 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Mapping
 from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGE = "fuzzy_fusion_ros"
 
 
 def run(
@@ -34,6 +38,26 @@ def run(
     )
     assert done.returncode == 0, f"{command} exited {done.returncode}\n{done.stdout}{done.stderr}"
     return done
+
+
+def copied(folder: Path) -> Path:
+    """Copy what is packaged, so that no build leaves anything in the repository.
+
+    Args:
+        folder: Where to.
+
+    Returns:
+        The copy.
+    """
+    copy = folder / PACKAGE
+    copy.mkdir()
+    for name in ("package.xml", "setup.py", "setup.cfg", "LICENSE", "README.md"):
+        if (ROOT / name).exists():
+            shutil.copy2(ROOT / name, copy)
+    for name in (PACKAGE, "resource", "config", "launch", "bags", "test"):
+        if (ROOT / name).exists():
+            shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
+    return copy
 
 
 def inherited_environment() -> dict[str, str]:

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from building import colcon, inherited_environment, run, sourced, spaces
+from building import PACKAGE, ROOT, colcon, copied, inherited_environment, run, sourced, spaces
 from catkin_pkg.changelog import get_changelog_from_path
 from catkin_pkg.package import Package, parse_package
 
@@ -26,8 +26,6 @@ from fuzzy_fusion_ros.cli import COMMANDS
 
 pytestmark = pytest.mark.xdist_group("package")
 
-PACKAGE = "fuzzy_fusion_ros"
-ROOT = Path(__file__).resolve().parents[1]
 
 # The names of one dependency: in an import, in rosdep, on PyPI.
 DEPENDENCIES = {
@@ -64,16 +62,8 @@ class Install(NamedTuple):
 
 @pytest.fixture(scope="module")
 def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy of what is packaged, so that no build leaves anything in the repository."""
-    copy = tmp_path_factory.mktemp("source") / PACKAGE
-    copy.mkdir()
-    for name in ("package.xml", "setup.py", "setup.cfg", "LICENSE", "README.md"):
-        if (ROOT / name).exists():
-            shutil.copy2(ROOT / name, copy)
-    for name in (PACKAGE, "resource", "config", "launch", "bags", "test"):
-        if (ROOT / name).exists():
-            shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
-    return copy
+    """A copy of what is packaged."""
+    return copied(tmp_path_factory.mktemp("source"))
 
 
 def colcon_build(source: Path, workspace: Path, *options: str) -> Install:

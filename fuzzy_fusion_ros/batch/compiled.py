@@ -7,6 +7,7 @@ faster. Results are the same to the last bit, as a test checks.
 
 from __future__ import annotations
 
+import contextlib
 import dis
 import functools
 import hashlib
@@ -14,8 +15,9 @@ import importlib.util
 import os
 import runpy
 import sys
+import tempfile
 import types
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -31,7 +33,8 @@ def compiled(function: F, **replaced: Callable[..., Any]) -> F:
     """Return ``function`` compiled together with every function of this package that it calls.
 
     It releases the interpreter's lock, so threads run side by side, and is kept on disk for the
-    next process. Without numba it runs interpreted.
+    next process. Where no directory can be written, each process compiles for itself. Without
+    numba it runs interpreted.
 
     Args:
         function: A function over numbers, arrays and named tuples.
@@ -163,20 +166,45 @@ def _jit() -> Callable[[Any], Any]:
     import numba  # costs start-up time that only long runs win back
 
     settings: Any = numba.config
-    directory = os.environ.get("NUMBA_CACHE_DIR") or str(_cache_directory())
+    directory = _cache_directory()
 
     def jit(function: Any) -> Any:
         settings.CACHE_DIR = directory  # numba forgets it whenever a variable of its own changes
-        return numba.njit(nogil=True, cache=True)(function)
+        return numba.njit(nogil=True, cache=bool(directory))(function)
 
     return jit
 
 
-def _cache_directory() -> Path:
-    """Name a directory after the sources: numba itself misses a change in a callee's file."""
+def _cache_directory() -> str:
+    """Return where compiled code is kept; empty if nothing can be written anywhere."""
+    for directory in _directories():
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=directory).close()
+        except OSError:
+            continue
+        return str(directory)
+    return ""
+
+
+def _directories() -> Iterator[Path]:
+    """Yield where compiled code may be kept: as the user wants, the usual place, a last resort.
+
+    They are named after the sources, as numba misses a change in a callee's file.
+    """
     digest = hashlib.sha256()
     package = Path(__file__).parents[1]
     for source in sorted(path for room in ROOMS for path in (package / room).glob("*.py")):
         digest.update(source.read_bytes())
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "fuzzy_fusion_ros" / digest.hexdigest()[:16]
+    name = digest.hexdigest()[:16]
+    if os.environ.get("NUMBA_CACHE_DIR"):
+        yield Path(os.environ["NUMBA_CACHE_DIR"])
+    if os.environ.get("XDG_CACHE_HOME"):
+        yield Path(os.environ["XDG_CACHE_HOME"]) / "fuzzy_fusion_ros" / name
+    with contextlib.suppress(RuntimeError):  # a user without a home
+        yield Path.home() / ".cache" / "fuzzy_fusion_ros" / name
+    with contextlib.suppress(OSError):
+        shared = Path(tempfile.gettempdir()) / f"fuzzy_fusion_ros-{os.getuid()}-{name}"
+        shared.mkdir(mode=0o700, exist_ok=True)
+        if shared.lstat().st_uid == os.getuid():  # what is read from there is run
+            yield shared

@@ -108,10 +108,23 @@ def test_work_is_kept_where_the_user_keeps_caches(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert module._cache_directory().parent == tmp_path / "fuzzy_fusion_ros"
+    assert Path(module._cache_directory()).parent == tmp_path / "fuzzy_fusion_ros"
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path))
-    assert module._cache_directory().parent == tmp_path / ".cache" / "fuzzy_fusion_ros"
+    assert Path(module._cache_directory()).parent == tmp_path / ".cache" / "fuzzy_fusion_ros"
+
+
+def test_without_a_home_work_is_kept_with_temporary_files(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    for variable in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "HOME"):
+        monkeypatch.setenv(variable, "/proc/none")
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    directory = Path(module._cache_directory())
+    assert directory.parent == tmp_path
+    assert directory.stat().st_mode & 0o777 == 0o700
+    monkeypatch.setattr("os.getuid", lambda: 12345)  # what another user has put there is not run
+    assert module._cache_directory() == ""
 
 
 def test_work_is_kept_by_the_sources_that_went_in(
@@ -144,7 +157,7 @@ def test_a_cache_directory_is_set_where_there_was_none(
     monkeypatch.setattr(numba.config, "CACHE_DIR", "")
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     module._jit()(sign)
-    assert str(module._cache_directory()) == numba.config.CACHE_DIR
+    assert module._cache_directory() == numba.config.CACHE_DIR
 
 
 ELSEWHERE = """
