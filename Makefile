@@ -79,10 +79,15 @@ check-lint: venv ## check the code with ruff
 
 .PHONY: check-types
 check-types: venv ## check types with mypy, strict
-	$(RUN) python -m mypy --strict fuzzy_fusion_ros examples $(SHARED_BY_TESTS)
+	$(RUN) python -m mypy --strict fuzzy_fusion_ros examples .ci/compile.py $(SHARED_BY_TESTS)
+
+# Otherwise two test processes would compile the same functions at the same time.
+.PHONY: compiled
+compiled: venv ## compile what replays, fits and sweeps run, unless it is cached
+	$(RUN) python .ci/compile.py
 
 .PHONY: check-tests
-check-tests: venv ## run the tests that are not marked slow
+check-tests: compiled ## run the tests that are not marked slow
 	$(RUN) python -m $(PYTEST) -m 'not slow'
 
 .PHONY: browser
@@ -90,14 +95,14 @@ browser: ## install a browser for the tests of reports (needs apt and root)
 	@.ci/browser
 
 .PHONY: check-slow
-check-slow: venv browser ## run the tests that are marked slow
-	$(RUN) python -m $(PYTEST) -m slow
+check-slow: compiled browser ## run the tests that are marked slow
+	$(RUN) python -m $(PYTEST) --hypothesis-profile=thorough -m slow
 
 # Tracing makes tests 2.7 times slower: these tests are enough to reach all code.
 .PHONY: check-coverage
 check-coverage: venv ## check branch coverage: core/ 100 %, the package 90 %
 	$(RUN) python -m coverage erase
-	$(RUN) python -m coverage run -m $(PYTEST) -m 'not slow' $(UNTRACED:%=--ignore=test/%)
+	$(RUN) python -m coverage run -m $(PYTEST) --hypothesis-profile=thorough -m 'not slow' $(UNTRACED:%=--ignore=test/%)
 	$(RUN) python -m coverage combine --quiet
 	$(RUN) python -m coverage report --fail-under=90
 	$(RUN) python -m coverage report --fail-under=100 --include='fuzzy_fusion_ros/core/*'

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 from bag.making import decoded
 from bag.recorded import messages, read, swing, write_scalars
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from searching import examples
 
 from fuzzy_fusion_ros.bag import open_bag
 from fuzzy_fusion_ros.batch.series import fusion, run
@@ -173,7 +174,7 @@ def fed(parameters: Parameters, feed: list[tuple[str, int, float]]) -> list[Fuse
 
 
 @pytest.mark.parametrize("trigger", ["s1", "pair", "timer"])
-@settings(max_examples=150)
+@examples(150)
 @given(feed=feeds, conditioned=st.booleans())
 def test_whatever_comes_in_what_comes_out_is_finite(
     trigger: str, feed: list[tuple[str, int, float]], conditioned: bool
@@ -200,7 +201,7 @@ def test_whatever_comes_in_what_comes_out_is_finite(
         assert 0.0 <= estimate.aggregate.weight <= 1.0
 
 
-@settings(max_examples=200)
+@examples(200)
 @given(
     s1=st.floats(-1e9, 1e9),
     s2=st.lists(st.floats(-1e9, 1e9), min_size=1, max_size=5),

@@ -7,9 +7,10 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from reference import signals
+from searching import examples
 
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, methods
 from fuzzy_fusion_ros.batch.series import Method, Series, run
@@ -100,7 +101,7 @@ def test_two_sensors_that_agree_are_believed(
 
 
 @pytest.mark.parametrize("name", BASELINES)
-@settings(max_examples=200)
+@examples(200)
 @given(
     feed=st.lists(
         st.tuples(st.sampled_from(["s1", "s2"]), st.integers(1, 2**62), anything), max_size=40
@@ -112,7 +113,7 @@ def test_finite_in_finite_out(name: str, feed: list[tuple[str, int, float]]) -> 
 
 
 @pytest.mark.parametrize("name", BASELINES)
-@settings(max_examples=50)
+@examples(50)
 @given(data=st.data())
 def test_allowed_parameters_keep_it_finite(name: str, data: st.DataObject) -> None:
     own = [each for each in flatten(BaselineParameters()) if each.startswith(f"{name}.")]

@@ -8,9 +8,10 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from reference import signals
+from searching import examples
 
 from fuzzy_fusion_ros.batch import series
 from fuzzy_fusion_ros.batch.series import Method, Series, Trace, empty_trace, fusion, held_s2, run
@@ -76,7 +77,7 @@ def test_compiled_is_interpreted_bit_for_bit(variant: str) -> None:
     assert bits(run(method, recorded)) == bits(interpreted(method, recorded))
 
 
-@settings(max_examples=50)
+@examples(50)
 @given(
     st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=60, max_size=60),
     st.lists(st.integers(1, 300_000_000), min_size=30, max_size=30),

@@ -28,7 +28,26 @@ def test_every_fault_has_an_expectation() -> None:
     assert set(EXPECTED) == set(FAULTS)
 
 
-@pytest.mark.parametrize("fault", FAULTS)
+LIKE_ANOTHER = {
+    "scale 1/57.3",
+    "scale 9.81",
+    "scale 3.6",
+    "scale 1/100",
+    "s2 1.5 s ahead",
+    "s2 from boot",
+    "10 % spikes",
+}
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        pytest.param(each, marks=pytest.mark.slow("as another scale, offset, share"))
+        if each in LIKE_ANOTHER
+        else each
+        for each in FAULTS
+    ],
+)
 def test_faults_are_named_and_nothing_else(fault: str) -> None:
     named, misled = BOUNDS.get(fault, ALMOST_ALWAYS)
     found = rates(fault, SEEDS)

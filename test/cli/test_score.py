@@ -31,6 +31,14 @@ def bag(tmp_path: Path) -> Path:
     return write_scalars(tmp_path / "bag", swing())
 
 
+@pytest.fixture
+def params(tmp_path: Path) -> str:
+    """A parameter file with the baselines, so that none is fitted."""
+    path = tmp_path / "with_baselines.yaml"
+    path.write_text(text(Parameters(), BaselineParameters()))
+    return str(path)
+
+
 def test_a_table_is_printed(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([str(bag), "--unit", "rad"]) == 0
     out, said = capsys.readouterr()
@@ -48,12 +56,14 @@ def test_json_on_stdout_is_alone(bag: Path, capsys: pytest.CaptureFixture[str]) 
 
 
 def test_several_bags_make_one_table_and_one_document(
-    bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    bag: Path, params: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     other = write_scalars(tmp_path / "other", swing(estimate=False))
     path = tmp_path / "both.json"
     plot = tmp_path / "both.png"
-    assert main([str(bag), str(other), "--json", str(path), "--plot", str(plot)]) == 0
+    given = ["--params", params, "--baseline", str(path)]
+    both = [str(bag), str(other)]
+    assert main([*both, "--params", params, "--json", str(path), "--plot", str(plot)]) == 0
     assert list(json.loads(path.read_text())) == [str(bag), str(other)]
     out = capsys.readouterr().out
     assert [line.split()[0] for line in out.splitlines()[1:] if line[0] != " "] == [
@@ -62,17 +72,17 @@ def test_several_bags_make_one_table_and_one_document(
     assert max(map(len, out.splitlines())) <= 80
     assert (tmp_path / "both_bag.png").exists()
     assert (tmp_path / "both_other.png").exists()
-    assert main([str(bag), str(other), "--baseline", str(path)]) == 0
+    assert main([*both, *given]) == 0
     capsys.readouterr()
-    assert main([str(bag), str(tmp_path / "new"), "--baseline", str(path), "--jobs", "2"]) == 1
+    assert main([str(bag), str(tmp_path / "new"), *given, "--jobs", "2"]) == 1
     assert "failed: bag" in capsys.readouterr().out
     write_scalars(tmp_path / "new", swing())
-    assert main([str(bag), str(tmp_path / "new"), "--baseline", str(path)]) == 2
+    assert main([str(bag), str(tmp_path / "new"), *given]) == 2
     assert "--baseline has no score of" in capsys.readouterr().err
 
 
-def test_a_plot_is_drawn(bag: Path, tmp_path: Path) -> None:
-    assert main([str(bag), "--plot", str(tmp_path / "plot.png")]) == 0
+def test_a_plot_is_drawn(bag: Path, params: str, tmp_path: Path) -> None:
+    assert main([str(bag), "--params", params, "--plot", str(tmp_path / "plot.png")]) == 0
     assert (tmp_path / "plot.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -113,18 +123,19 @@ def test_a_target_that_cannot_be_is_refused_before_the_work(
 
 
 def test_a_regression_is_named(
-    bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    bag: Path, params: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "before.json"
-    assert main([str(bag), "--json", str(path)]) == 0
-    assert main([str(bag), "--baseline", str(path), "--tolerance", "0"]) == 0
+    assert main([str(bag), "--params", params, "--json", str(path)]) == 0
+    given = [str(bag), "--params", params, "--baseline", str(path)]
+    assert main([*given, "--tolerance", "0"]) == 0
     document = json.loads(path.read_text())
     document["estimators"]["estimate"]["rmse"] /= 1.2
     path.write_text(json.dumps(document))
     capsys.readouterr()
-    assert main([str(bag), "--baseline", str(path)]) == 1
+    assert main(given) == 1
     assert "worse than before by more than 5 %: rmse of the estimate" in capsys.readouterr().err
-    assert main([str(bag), "--baseline", str(path), "--tolerance", "30"]) == 0
+    assert main([*given, "--tolerance", "30"]) == 0
 
 
 def test_the_parameters_run_where_there_is_no_estimate(tmp_path: Path) -> None:

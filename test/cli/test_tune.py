@@ -87,21 +87,23 @@ def test_it_writes_what_node_and_score_take(
         assert scored[name]["rmse"] == pytest.approx(error)
 
 
-def test_two_runs_write_the_same_bytes(bag: Path, tmp_path: Path) -> None:
-    for name in ("one", "two"):
-        output = ["--output", str(tmp_path / name), "--json", str(tmp_path / f"{name}.json")]
-        assert main([str(bag), *output, "--seed", "3"]) == 0
-    assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
-    assert (tmp_path / "one.json").read_bytes() == (tmp_path / "two.json").read_bytes()
-
-
-def test_json_on_stdout_is_alone(
+def test_two_runs_write_the_same_bytes_and_keep_what_is_given(
     bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main([str(bag), "--output", str(tmp_path / "a.yaml"), "--json", "-"]) == 0
-    out, said = capsys.readouterr()
-    assert json.loads(out)["with_truth"] is True
-    assert "S1: 25 Hz" in said
+    params = tmp_path / "params.yaml"
+    params.write_text("fusion_node:\n  ros__parameters:\n    qos: reliable\n")
+    documents = []
+    for name in ("one", "two"):
+        output = ["--params", str(params), "--output", str(tmp_path / name), "--json", "-"]
+        assert main([str(bag), *output, "--seed", "3"]) == 0
+        out, said = capsys.readouterr()
+        documents.append(json.loads(out))  # alone on stdout
+        assert "S1: 25 Hz" in said
+    assert documents[0] == documents[1]
+    assert documents[0]["with_truth"] is True
+    assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
+    assert parameters_from(tmp_path / "one").qos == "reliable"
+    assert parameters_from(tmp_path / "one") != Parameters()
 
 
 def test_a_truth_may_be_ignored_or_missing(
@@ -124,15 +126,6 @@ def test_topics_and_span_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert main([str(bag), "--s2", "gps", *span, "--output", str(output)]) == 0
     assert capsys.readouterr().out.rstrip().endswith(f"--params-file {output} -r s2:=/gps")
     assert "--start 1 --end 15" in output.read_text().splitlines()[0]
-
-
-def test_given_parameters_are_kept(bag: Path, tmp_path: Path) -> None:
-    params = tmp_path / "params.yaml"
-    params.write_text("fusion_node:\n  ros__parameters:\n    qos: reliable\n")
-    output = tmp_path / "a.yaml"
-    assert main([str(bag), "--params", str(params), "--output", str(output)]) == 0
-    assert parameters_from(output).qos == "reliable"
-    assert parameters_from(output) != Parameters()
 
 
 @pytest.mark.parametrize(

@@ -20,10 +20,20 @@ COMMANDS: dict[str, tuple[Callable[[Sequence[str]], int], list[str]]] = {
     "score": (score.main, []),
     "tune": (tune.main, ["--output", "new.yaml"]),
 }
+AS_REPLAY = pytest.mark.slow("by the same function as replay")
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("command", "sign"),
+    [
+        ("replay", 1.0),
+        ("replay", -1.0),
+        ("score", -1.0),
+        ("tune", -1.0),
+        pytest.param("score", 1.0, marks=AS_REPLAY),
+        pytest.param("tune", 1.0, marks=AS_REPLAY),
+    ],
+)
 def test_a_negated_sensor_is_named(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
@@ -44,7 +54,9 @@ def test_a_negated_sensor_is_named(
     assert all(SAID in line and line.endswith("; fix: s1.scale: -1") for line in said)
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize(
+    "command", ["replay", *(pytest.param(each, marks=AS_REPLAY) for each in ("score", "tune"))]
+)
 def test_messages_without_a_timestamp_are_named(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],

@@ -7,9 +7,10 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from reference import aggregator as reference
+from searching import examples
 
 from fuzzy_fusion_ros.core.aggregator import (
     aggregate,
@@ -142,7 +143,7 @@ def test_strengths_are_shares_of_one(
     assert math.fsum(strengths) == pytest.approx(1.0, rel=1e-15)
 
 
-@settings(max_examples=1000)
+@examples(1000)
 @given(PARAMETERS, FINITE, FINITE, FINITE)
 @example(PINNED, 1.7e308, -1.7e308, 1.7e308)
 @example(PINNED, 1.7976931348623157e308, 1.7976931348623157e308, -1.0)

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
+from searching import examples
 
 from fuzzy_fusion_ros.core.gate import Prediction
 from fuzzy_fusion_ros.core.predictor import (
@@ -147,7 +148,7 @@ def test_two_predictors_are_the_same_bit_for_bit() -> None:
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 
 
-@settings(max_examples=60)
+@examples(60)
 @given(
     st.lists(FINITE, min_size=30, max_size=60),
     st.sampled_from([0.0, 0.1, 1.0]),

@@ -32,7 +32,13 @@ def injected(fault: str, sensor: str, every: int, samples: int, seed: int) -> In
 @pytest.mark.parametrize("sensor", [S1, S2])
 @pytest.mark.parametrize("fault", FAULTS)
 @pytest.mark.parametrize(
-    ("variant", "every"), [("plain", 1), ("plain", 10), ("predictor", 10), ("paired", 1)]
+    ("variant", "every"),
+    [
+        ("plain", 1),
+        ("predictor", 10),
+        pytest.param("plain", 10, marks=pytest.mark.slow("as with the predictor")),
+        pytest.param("paired", 1, marks=pytest.mark.slow("as with the other triggers")),
+    ],
 )
 def test_a_fault_is_survived_counted_and_over_soon(
     variant: str, every: int, fault: str, sensor: str

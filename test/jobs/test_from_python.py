@@ -26,7 +26,7 @@ from fuzzy_fusion_ros.scoring.score import DERIVED, GIVEN
 @pytest.fixture
 def bag(tmp_path: Path) -> Path:
     """A bag with both sensors and a truth."""
-    return write_scalars(tmp_path / "bag", swing(20.0, estimate=False))
+    return write_scalars(tmp_path / "bag", swing(10.0, estimate=False))
 
 
 def test_a_bag_is_replayed_with_parameters_of_any_kind(bag: Path, tmp_path: Path) -> None:
@@ -54,14 +54,14 @@ def test_a_fit_is_returned_and_written(
     bag: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     be_quick(monkeypatch)
-    result = tune(bag, tmp_path / "new" / "tuned.yaml", end=15.0, unit="rad")
+    result = tune(bag, tmp_path / "new" / "tuned.yaml", end=8.0, unit="rad")
     assert parameters_from(tmp_path / "new" / "tuned.yaml") == result.parameters
     assert baseline_parameters(tmp_path / "new" / "tuned.yaml") == result.baselines
     result.write(tmp_path / "again.yaml")
     assert (tmp_path / "again.yaml").read_bytes() == (tmp_path / "new" / "tuned.yaml").read_bytes()
-    assert result.origin == "bag, --start 0 --end 15, --seed 0, fitted to its truth"
-    by_file = score(bag, parameters=tmp_path / "again.yaml", end=15.0)
-    by_object = score(bag, parameters=result.parameters, end=15.0, fit_baselines=False)
+    assert result.origin == "bag, --start 0 --end 8, --seed 0, fitted to its truth"
+    by_file = score(bag, parameters=tmp_path / "again.yaml", end=8.0)
+    by_object = score(bag, parameters=result.parameters, end=8.0, fit_baselines=False)
     assert (by_file.baselines, by_object.baselines) == (GIVEN, DERIVED)
     assert by_file.scores("estimate") == by_object.scores("estimate")
     assert by_file.scores("estimate")["rmse"] == pytest.approx(result.tuned.error)

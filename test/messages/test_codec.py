@@ -196,8 +196,17 @@ TYPES = (
 )
 
 
-@pytest.mark.parametrize("big_endian", [False, True])
-@pytest.mark.parametrize("type_name", TYPES)
+OTHER_ENDIAN = pytest.mark.slow("the same numbers the other way round")
+
+
+@pytest.mark.parametrize(
+    ("type_name", "big_endian"),
+    [
+        *((each, False) for each in TYPES),
+        *((each, True) for each in TYPES[:4]),
+        *(pytest.param(each, True, marks=OTHER_ENDIAN) for each in TYPES[4:]),
+    ],
+)
 def test_every_number_of_any_message_is_the_one_that_others_read(
     rclpy: World, rosbags: World, type_name: str, big_endian: bool
 ) -> None:

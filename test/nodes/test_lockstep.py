@@ -67,7 +67,14 @@ def test_both_nodes_in_one_process_give_the_simulation(
     assert_same(tmp_path / "bag", simulated(predictor))
 
 
-@PREDICTOR
+@pytest.mark.parametrize(
+    "predictor",
+    [
+        True,
+        pytest.param(False, marks=pytest.mark.slow("as with the predictor")),
+    ],
+    ids=["FA and FP", "FA alone"],
+)
 def test_two_processes_give_the_simulation(
     harness: Harness, tmp_path: Path, predictor: bool
 ) -> None:

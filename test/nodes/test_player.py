@@ -141,7 +141,10 @@ def test_a_node_that_listens_gives_what_a_replay_gives(
     assert [each.point.x for each in found] == expected
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    "number",
+    [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow("as SIGINT"))],
+)
 def test_a_loop_goes_on_until_it_is_told_to_stop(
     harness: Harness, bag: Path, number: signal.Signals
 ) -> None:

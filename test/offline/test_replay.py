@@ -277,7 +277,7 @@ def test_messages_without_a_header_can_be_fused(tmp_path: Path) -> None:
 def test_memory_does_not_grow_with_the_bag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(file, "BLOCK_BYTES", 1 << 14)
     peaks = []
-    for name, seconds in {"warm": 5.0, "short": 10.0, "long": 80.0}.items():
+    for name, seconds in {"warm": 2.0, "short": 5.0, "long": 40.0}.items():
         source = write_scalars(tmp_path / name, swing(seconds))
         tracemalloc.start()
         replayed(source, tmp_path / f"{name}_out")

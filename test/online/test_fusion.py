@@ -6,9 +6,10 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from reference import signals
+from searching import examples
 
 from fuzzy_fusion_ros.core.estimator import FUSED, S1_ONLY, S2_ONLY
 from fuzzy_fusion_ros.core.sample import Sample
@@ -175,7 +176,7 @@ def test_pairs_count_what_finds_no_partner_for_each_sensor() -> None:
     assert fusion.s2.dropped == {Drop.UNPAIRED: 1}
 
 
-@settings(max_examples=50)
+@examples(50)
 @given(st.lists(st.booleans(), min_size=200, max_size=200), st.booleans())
 def test_pairs_give_the_same_estimates_in_any_order_of_arrival(
     s1_first: list[bool], predicting: bool
@@ -210,7 +211,7 @@ def test_pairs_survive_a_sensor_that_comes_back_with_what_it_missed(late: str) -
     assert fusion.restarts == 0
 
 
-@settings(max_examples=200)
+@examples(200)
 @given(
     st.lists(
         st.tuples(
@@ -239,7 +240,9 @@ def test_whatever_comes_in_what_comes_out_is_finite_and_rises_but_for_restarts(
 
 @pytest.mark.parametrize("trigger", ["s1", "pair"])
 @pytest.mark.parametrize("predicting", [False, True])
-@pytest.mark.parametrize("samples", [6, 40, 300, 700])
+@pytest.mark.parametrize(
+    "samples", [6, 40, 300, pytest.param(700, marks=pytest.mark.slow("as with 300"))]
+)
 @pytest.mark.parametrize("s2_first", [True, False])
 def test_looping_gives_the_same_estimates_again_and_again(
     trigger: str, predicting: bool, samples: int, s2_first: bool

@@ -7,8 +7,9 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from searching import examples
 
 from fuzzy_fusion_ros.batch import arrays
 from fuzzy_fusion_ros.core.periodic import nearest
@@ -71,7 +72,7 @@ def test_a_signal_that_never_wraps_gives_the_same_to_the_bit(changes: dict[str, 
 
 @pytest.mark.parametrize("changes", [{}, CONDITIONED, {"trigger": "pair"}])
 @given(turns=st.lists(st.integers(-3, 3), min_size=441, max_size=441))
-@settings(max_examples=10)
+@examples(10)
 def test_full_turns_of_any_sample_change_nothing(
     changes: dict[str, object], turns: list[int]
 ) -> None:

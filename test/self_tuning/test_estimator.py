@@ -8,8 +8,9 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from searching import examples
 from tuning.standins import standin
 
 from fuzzy_fusion_ros.batch.arrays import root_mean_square
@@ -176,7 +177,7 @@ def test_all_that_is_measured_is_a_parameter() -> None:
     assert set(MEASURED) <= set(flatten(Parameters()))
 
 
-@settings(max_examples=15)
+@examples(15)
 @given(size=st.sampled_from([1e-300, 1e-9, 1e6, 1e150, 1e308]), seed=st.integers(0, 2**31 - 1))
 def test_whatever_comes_estimate_and_parameters_are_finite(size: float, seed: int) -> None:
     generator = np.random.default_rng(seed)

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from searching import examples
 
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters
 from fuzzy_fusion_ros.batch.arrays import Reals
@@ -61,7 +62,7 @@ def points(space: Space, seed: int) -> Iterator[Reals]:
     yield from np.random.default_rng(seed).random((5, n))
 
 
-@settings(max_examples=200)
+@examples(200)
 @given(sensors=recordings(), seed=st.integers(0, 100))
 def test_no_candidate_proposes_what_the_parameters_refuse(
     sensors: Characteristics, seed: int
@@ -78,7 +79,7 @@ def test_no_candidate_proposes_what_the_parameters_refuse(
             assert found.aggregator.weight.order_problem() == ""
 
 
-@settings(max_examples=100)
+@examples(100)
 @given(data=st.data(), seed=st.integers(0, 100))
 def test_no_baseline_proposes_what_its_parameters_refuse(data: st.DataObject, seed: int) -> None:
     moved = {name for each in BASELINES.values() for name in each.moved}

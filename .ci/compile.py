@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compiles what replays, fits and sweeps run, so that the first of them need not wait for it."""
+
+from __future__ import annotations
+
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+
+from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, methods
+from fuzzy_fusion_ros.batch.compiled import can_compile
+from fuzzy_fusion_ros.batch.series import Method, Series, fusion, run
+from fuzzy_fusion_ros.paper.kalman import plant_kalman
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.simulation.closed_loop import simulate
+from fuzzy_fusion_ros.simulation.scenario import Scenario
+from fuzzy_fusion_ros.tuning.kernel import outputs
+
+STAMPS = np.arange(1, 9, dtype=np.int64) * 10**7
+SERIES = Series(STAMPS, np.zeros(8), STAMPS, np.zeros(8), np.arange(1, 9))
+
+
+def main() -> None:
+    """Compile in as many processes as there are processors, what takes longest first."""
+    if can_compile():
+        with ProcessPoolExecutor() as processes:
+            jobs = [processes.submit(_loop), processes.submit(_fusion), processes.submit(_plant)]
+            jobs += [processes.submit(_baseline, name) for name in BASELINES]
+            for job in jobs:
+                job.result()
+
+
+def _fusion() -> None:
+    run(fusion(Parameters()), SERIES)
+    outputs(Parameters(), SERIES)
+
+
+def _loop() -> None:
+    _balance(fusion(Parameters()))
+
+
+def _plant() -> None:
+    _balance(plant_kalman(Scenario()))
+
+
+def _baseline(name: str) -> None:
+    run(methods(BaselineParameters())[name], SERIES)
+
+
+def _balance(method: Method) -> None:
+    simulate(method, Scenario(), np.random.default_rng(0))
+
+
+if __name__ == "__main__":
+    main()
