@@ -35,7 +35,7 @@ def bag(tmp_path: Path) -> Path:
 def params(tmp_path: Path) -> str:
     """A parameter file with the baselines, so that none is fitted."""
     path = tmp_path / "with_baselines.yaml"
-    path.write_text(text(Parameters(), BaselineParameters()))
+    path.write_text(text(Parameters(), {"": BaselineParameters()}))
     return str(path)
 
 
@@ -146,7 +146,7 @@ def test_the_parameters_run_where_there_is_no_estimate(tmp_path: Path) -> None:
     params.write_text(
         text(
             replace(Parameters(), {**half, "aggregator.drift.large": 0.0}),
-            replace(BaselineParameters(), {"constant_weight.weight": 1.0}),
+            {"": replace(BaselineParameters(), {"constant_weight.weight": 1.0})},
         )
     )
     assert main([str(bag), "--params", str(params), "--json", str(tmp_path / "a.json")]) == 0
