@@ -25,6 +25,9 @@ TOPICS = (("/truth", POINT, 1), ("/s2", POINT, 10), ("/s1", POINT, 1))
 
 MORE = at_most(1.2)
 LIMIT = at_most(6.0, "GB")
+ENOUGH = 100_000
+"""Messages from which on growth of memory stands out from its noise."""
+
 DAY = 95_000_000
 """Messages of a day at 1 kHz."""
 
@@ -57,16 +60,25 @@ def rows(effort: Effort) -> list[Row]:
                     MORE,
                 )
             )
-            if command == "score":
-                found.append(_day(command, costs[0][1][1], count * SHORT))
+            if command == "score" and count * SHORT >= ENOUGH:
+                short_gb, long_gb = (costs[0][k][1] for k in range(2))
+                found.append(_day(command, short_gb, long_gb, count * SHORT))
         return found
 
 
-def _day(command: str, peak_gb: float, messages: int) -> Row:
-    """Carry memory on from one bag to that of a day, in proportion: an upper bound."""
-    day = peak_gb * DAY / messages
+def _day(command: str, short: float, long: float, messages: int) -> Row:
+    """Carry memory on to the bag of a day by its growth from short bags to a long one.
+
+    Args:
+        command: What was run.
+        short: Most memory over the short bags, GB.
+        long: Most memory over the long bag, GB.
+        messages: In the long bag.
+    """
+    each = max(long - short, 0.0) / (messages - SHORT)
+    day = long + each * (DAY - messages)
     what = f"{command}: peak memory, carried on from {messages:,} to {DAY:,} messages"
-    return Row(what, f"{day:.1f} GB", f"{peak_gb:.2f} GB at {messages:,}", day, LIMIT)
+    return Row(what, f"{day:.1f} GB", f"{each * 1e9:.0f} bytes a message", day, LIMIT)
 
 
 def _run(command: str, bags: list[str], options: list[str]) -> tuple[float, float]:
