@@ -73,7 +73,7 @@ def test_it_writes_what_node_and_score_take(
         assert part in out
     document = json.loads((tmp_path / "a").read_text())
     parameters = parameters_from(output)
-    assert flatten(parameters) == document["parameters"]
+    assert json.loads(json.dumps(flatten(parameters))) == document["parameters"]
     assert parameters.s2.type == "geometry_msgs/msg/PointStamped"
     baselines = baseline_parameters(output)
     assert baselines is not None
