@@ -259,7 +259,7 @@ def _grid(s1: Motion, s2: Motion, most_points: int) -> _Grid | None:
     if any(np.std(np.diff(each)) <= NOTHING * np.max(np.abs(each)) for each in values):
         return None
     middles = times[:-1] + 0.5 * step
-    size = 1 << (times.size - 1).bit_length()
+    size = 1 << (2 * times.size - 1).bit_length()  # padded: one's end is not the other's start
     longest = min(max(LONGEST_LAG, 10.0 * slower), (end - start) / 5.0)
     lags = np.arange(-int(longest / step), int(longest / step) + 1)
     usable = _outside_gaps(s1, middles) & _outside_gaps(s2, middles)
