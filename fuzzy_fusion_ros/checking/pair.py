@@ -57,6 +57,9 @@ PARTS = 20
 FASTER = 2.0
 """S2 is the faster sensor if it has this many times S1's rate."""
 
+MUCH_FASTER = 5.0
+"""From this many times on, that is enough to take S2 for S1, unless it lags behind S1."""
+
 NOISIER = 3.0
 """S2 is the noisier sensor if it has this many times S1's noise."""
 
@@ -270,10 +273,12 @@ def exchanged(relation: Relation, s1: Motion, s2: Motion) -> list[Finding]:
     """
     faster = s1.interval / s2.interval
     noisier = _ratio(white_noise(s2.values), relation.middle_scale * white_noise(s1.values))
-    ahead = -relation.lag > max(LEAD, 0.25 * max(s1.interval, s2.interval))
+    least = max(LEAD, 0.25 * max(s1.interval, s2.interval))
+    ahead = -relation.lag > least
+    behind = relation.lag > least
     signs = {"faster": faster >= FASTER, "noisier": noisier >= NOISIER, "ahead of s1": ahead}
     seen = [name for name, is_seen in signs.items() if is_seen]
-    if len(seen) < 2 or faster < 1.0 / FASTER:
+    if len(seen) + (faster >= MUCH_FASTER) - behind < 2 or faster < 1.0 / FASTER:
         return []
     text = f"s1 and s2 look swapped: s2 is {' and '.join(seen)}"
     evidence = {"rate": faster, "noise": noisier, "lag": relation.lag}

@@ -192,6 +192,13 @@ def test_sensors_with_each_others_role() -> None:
     assert finding.remedy == "swap --s1 and --s2"
 
 
+@pytest.mark.parametrize(("lag", "is_named"), [(0.0, True), (1.0, False)])
+def test_a_much_faster_s2_is_enough_to_swap_them_unless_it_lags(lag: float, is_named: bool) -> None:
+    found = both(sensor("s1", T2, motion(T2)), sensor("s2", T1, motion(T1 - lag)))
+    texts = [each.text for each in found.findings if each.about == "exchanged"]
+    assert texts == ["s1 and s2 look swapped: s2 is faster"] * is_named
+
+
 def test_sensors_that_have_nothing_in_common() -> None:
     other = 2.0 * np.sin(0.83 * T2) + np.sin(1.57 * T2) + np.sin(3.1 * T2 + 1.0)
     finding = only(checked(motion(T1), other).findings, "unrelated")

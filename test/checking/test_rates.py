@@ -15,8 +15,8 @@ PAIRS = len(SEEDS) * len(MOTIONS)
 BOUNDS = {
     "none": (21, 0),
     "s1 is the rate": (17, 0),
-    "s2 is the rate": (16, 0),
-    "exchanged": (15, 0),
+    "s2 is the rate": (16, 1),
+    "exchanged": (18, 0),
     "s1 stuck": (18, 0),
     "s1 stuck in the second half": (18, 0),
     "unrelated": (12, 2),
