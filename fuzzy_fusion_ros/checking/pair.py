@@ -233,7 +233,8 @@ def unrelated(
     """Judge whether the sensors have nothing in common.
 
     Args:
-        found: All hypotheses, none of which :func:`is_related`.
+        found: All hypotheses. One that :func:`is_related` is too little to name it, but too much
+            for chance.
         s1: Motion of S1.
         s2: Motion of S2.
         by_units: What their units say that they are: a rate is believed, as its integral drifts.
@@ -243,6 +244,7 @@ def unrelated(
     best = max(found, key=lambda each: each.correlation)
     moves = (_moves(s1) or _moves(s2)) and not (_is_white(s1) or _is_white(s2))
     enough = min(s1.intervals, s2.intervals) >= ENOUGH and moves
+    enough = enough and not any(is_related(each) for each in found)
     if not enough or by_units is Kind.S1_RATE or best.correlation > UNRELATED * best.chance:
         text = "s1 and s2 share too little motion to be compared"
         return [Finding(Level.INFO, "motion", text, {"correlation": best.correlation})]
