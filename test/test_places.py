@@ -42,14 +42,14 @@ def prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def borrowed() -> set[Path]:
     """Return what other packages have installed, apart from ROS and this one."""
-    found = set()
+    found: set[Path] = set()
+    ours: set[Path] = set()
     for distribution in distributions():
         name = distribution.metadata["Name"].lower()
         tops = {file.parts[0] for file in distribution.files or () if file.parts[0] != ".."}
-        for path in (Path(str(distribution.locate_file(top))) for top in tops):
-            if not name.startswith(("ros-", "fuzzy")) and path.name != "__pycache__":
-                found.add(path)
-    return found
+        paths = {Path(str(distribution.locate_file(top))) for top in tops - {"__pycache__"}}
+        (ours if name.startswith(("ros-", "fuzzy")) else found).update(paths)
+    return found - ours
 
 
 def environment(**changes: str) -> dict[str, str]:
