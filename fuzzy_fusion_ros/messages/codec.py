@@ -268,8 +268,7 @@ def _view(
     types: TypeDescriptions, type_name: str, field: Field, stamp: str | None, order: str
 ) -> _View:
     layout = Layout(types, order)
-    header = types.fields(type_name).get("header")
-    has_frame = header is not None and header.name == HEADER and not header.is_array
+    has_frame = _has_frame(types, type_name)
     stamp_at = layout.place(type_name, FieldPath(f"{stamp}.sec")) if stamp else None
     walks = [layout.place(type_name, path) for path in field.paths]
     forms = [struct.Struct(order + FORMATS[path.number]) for path in field.paths]
@@ -296,16 +295,32 @@ def _reader(forms: Sequence[struct.Struct], walks: Sequence[Walk]) -> Callable[[
     return lambda data: [unpack(data, walk(data, ORIGIN))[0] for unpack, walk in pairs]
 
 
+def _has_frame(types: TypeDescriptions, type_name: str) -> bool:
+    """Return whether a type has a header with a frame; a bag describes its types itself."""
+    header = types.fields(type_name).get("header")
+    if header is None or header.name != HEADER or header.is_array:
+        return False
+    frame = types.fields(HEADER).get("frame_id")
+    return frame is not None and frame[:2] == ("string", False)
+
+
 def _stamp_path(types: TypeDescriptions, type_name: str) -> str | None:
     """Return where the stamp of a type is, if it has one."""
     fields = types.fields(type_name)
     header = fields.get("header")
     if header is not None and header.is_message and not header.is_array:
         stamp = types.fields(header.name).get("stamp")
-        if stamp is not None and stamp[:2] == (TIME, False):
+        if stamp is not None and _is_time(types, stamp):
             return "header.stamp"
     stamp = fields.get("stamp")
-    return "stamp" if stamp is not None and stamp[:2] == (TIME, False) else None
+    return "stamp" if stamp is not None and _is_time(types, stamp) else None
+
+
+def _is_time(types: TypeDescriptions, field: FieldType) -> bool:
+    if field[:2] != (TIME, False):
+        return False
+    parts = {name: part[:2] for name, part in types.fields(TIME).items()}
+    return parts == {"sec": ("int32", False), "nanosec": ("uint32", False)}
 
 
 def _slack(types: TypeDescriptions, type_name: str) -> float:

@@ -88,6 +88,31 @@ def test_a_header_or_stamp_of_another_kind_is_no_stamp(
     assert codec.frame(data) == ""
 
 
+@pytest.mark.parametrize(
+    ("header", "time"),
+    [
+        ({"Drame_id": FieldType("string")}, ["sec", "nanosec"]),
+        ({"frame_id": FieldType("uint32")}, ["sec", "nanosec"]),
+        ({"frame_id": FieldType("string")}, ["secs", "nanosec"]),
+    ],
+    ids=["another name", "another type", "another time"],
+)
+def test_a_header_is_what_the_bag_says_it_is(header: dict[str, FieldType], time: list[str]) -> None:
+    types = {
+        "a_msgs/msg/A": {"header": FieldType("std_msgs/msg/Header"), "data": FieldType("float64")},
+        "std_msgs/msg/Header": {"stamp": FieldType("builtin_interfaces/msg/Time")} | header,
+        "builtin_interfaces/msg/Time": dict(
+            zip(time, [FieldType("int32"), FieldType("uint32")], strict=True)
+        ),
+    }
+    codec = ScalarCodec(Described(types), "a_msgs/msg/A", "data")
+    data = b"\0\1\0\0" + struct.pack("<iI8xd", 3, 4, 1.5)
+    is_time = time[0] == "sec"
+    assert codec.is_stamped == is_time
+    assert codec.sample(data, 42) == Sample(3_000_000_004 if is_time else 42, 1.5)
+    assert codec.frame(data) == ""
+
+
 def test_stamps_before_the_epoch_are_negative(world: World) -> None:
     assert sample(world, POINT, {"header.stamp.sec": -2}).stamp_ns == -2_000_000_000
 
