@@ -20,7 +20,12 @@ from fuzzy_fusion_ros.messages.field_path import Field, FieldPath
 from fuzzy_fusion_ros.messages.functions import Function, Numbers, scaled
 from fuzzy_fusion_ros.messages.layout import Layout, Walk
 from fuzzy_fusion_ros.messages.resolve import resolve_field
-from fuzzy_fusion_ros.messages.type_fields import FLOATS, INTEGER_RANGES, FieldType, TypeDescriptions
+from fuzzy_fusion_ros.messages.type_fields import (
+    FLOATS,
+    INTEGER_RANGES,
+    FieldType,
+    TypeDescriptions,
+)
 from fuzzy_fusion_ros.messages.type_names import normalise_type_name
 from fuzzy_fusion_ros.parameters.errors import MessageError, StampError
 
