@@ -88,7 +88,10 @@ class TuneResult(NamedTuple):
         ]
 
     def text(self) -> str:
-        """Return the parameters as the text of a file for ``fusion_node`` and ``score``."""
+        """Return the parameters as the text of a file for ``fusion_node`` and ``score``.
+
+        ``self_tuning`` is off in it: with it on, what was fitted would be ignored.
+        """
         bags = [Path(each.name).name for each in self.recordings]
         lines = comments(self.tuned, self.unit, self.origin, self._named(bags))
         before = fusion_parameters(self.source)
@@ -97,7 +100,7 @@ class TuneResult(NamedTuple):
             for name in before.by_channel()
         }
         return parameter_file.text(
-            before.with_channel(self.channel, self.parameters),
+            replace(before.with_channel(self.channel, self.parameters), {"self_tuning": False}),
             {name: each for name, each in baselines.items() if each is not None},
             lines,
         )

@@ -65,14 +65,17 @@ def test_score_scores_the_channel_alone(bag: Path, params: Path, tmp_path: Path)
 
 
 def test_tune_keeps_the_other_channels(bag: Path, params: Path, tmp_path: Path) -> None:
+    """And turns self-tuning off, which would ignore what it has fitted."""
+    dump(replace(Parameters(), {**TOGETHER, "self_tuning": True}), params)
     before, output = parameters_from(params), tmp_path / "tuned.yaml"
     topics = Topics(channel="x", fields={"truth": "point.x"})
     result = run_tune(bag, output, parameters=params, topics=topics)
     tuned = parameters_from(output)
     assert tuned.channels == before.channels
     assert tuned.channel("x") != before.channel("x")
+    assert not tuned.self_tuning
     for axis in "yz":
-        assert tuned.channel(axis) == before.channel(axis)
+        assert tuned.channel(axis) == replace(before.channel(axis), {"self_tuning": False})
     assert baseline_parameters(output, "x") == result.baselines
     assert baseline_parameters(output, "y") is None
 
