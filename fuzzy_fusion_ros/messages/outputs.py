@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-import math
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from itertools import combinations
 from typing import NamedTuple
@@ -125,6 +125,7 @@ class EstimateMessages:
     Attributes:
         type_name: Their type.
         codecs: Where the estimate of each channel is in them.
+        lacking: Messages made without the estimate of a channel, by its name.
     """
 
     def __init__(self, types: TypeDescriptions, sources: Mapping[str, EstimateSource]) -> None:
@@ -150,6 +151,8 @@ class EstimateMessages:
             name: Elements(types, self.type_name, [path]) for name, path in named.items() if path
         }
         _refuse_overlaps(self.type_name, self.codecs, named)
+        self._filled = sorted(self.codecs, key=lambda name: _is_pitch(self.codecs[name]))
+        self.lacking: Counter[str] = Counter()
         unknown: dict[str, float] = {}
         for codec in self.codecs.values():
             unknown |= variance_of(types, self.type_name, codec.field).unknown
@@ -170,30 +173,34 @@ class EstimateMessages:
     def message(self, together: Together) -> bytes:
         """Return the message of the estimates of one stamp.
 
-        The field of a channel without an estimate stays as S2's message has it.
+        A channel without an estimate gives what it holds of S2.
 
         Raises:
-            MessageError: A number or the stamp does not fit into it, or a channel has no estimate
-                and S2's message no number in its place.
+            MessageError: A number or the stamp does not fit into it, or a channel has neither.
         """
-        stamp_ns, fused = together
+        stamp_ns, fused, held = together
         s2_message = together.s2_message
         if s2_message is not self._s2_message:
             blank = self._unsure.written(self._like(s2_message), self._unknown)
             self._templates = {name: each.template(blank) for name, each in self.codecs.items()}
             self._s2_message = s2_message
-        if len(fused) < len(self.codecs):
-            self._require_rest(s2_message, fused)
+        missing = [name for name in self.codecs if name not in fused]
+        for name in missing:
+            if name not in held:
+                raise MessageError(f"channel {name} has neither an estimate nor a value of S2")
         templates = self._templates
         message = next(iter(templates.values())).stamped(stamp_ns)
-        for name, each in fused.items():
-            templates[name].fill(message, each.estimate.value)
+        for name in self._filled:
+            value = held[name] if name in missing else fused[name].estimate.value
+            templates[name].fill(message, value)
         data = bytes(message)
         for name, variance in self._variances.items():
             if name in fused:
                 deviation = fused[name].standard_deviation / self.codecs[name].scale
                 if deviation != 0.0:
                     data = variance.written(data, [deviation * deviation])
+        for name in missing:
+            self.lacking[name] += 1
         return data
 
     def rows(
@@ -250,19 +257,11 @@ class EstimateMessages:
         frame = s2.frame(s2_message) if s2_message else ""
         return default_message(self._types, self.type_name, frame)
 
-    def _require_rest(self, s2_message: bytes, fused: Mapping[str, Fused]) -> None:
-        """Check that the message has a number already where no channel puts one."""
-        for name, codec in self.codecs.items():
-            if name in fused:
-                continue
-            if not self._copies_s2 or not s2_message:
-                raise MessageError(
-                    f"channel {name} has no estimate, and there is no message of S2 to copy its "
-                    "field from"
-                )
-            value = codec.sample(s2_message, 0).value
-            if not math.isfinite(value):
-                raise MessageError(f"channel {name} has no estimate, and S2 has {value!r} there")
+
+def _is_pitch(codec: ScalarCodec) -> bool:
+    """Return whether a field is a pitch: one past a right angle turns the angles read after it."""
+    call = call_in(codec.field.text)
+    return call is not None and call.name == "pitch"
 
 
 def _common_type(sources: Mapping[str, EstimateSource]) -> str:

@@ -143,7 +143,7 @@ class Channel:
         s2_timeout = self.s2.guard.timeout(parameters.s2.timeout)
         stale = self.s1.age > s1_timeout and self.s2.age > s2_timeout
         waiting = [f"{name} = {value}" for name, value in held.items()]
-        absent = self._joint.lacking[self.name], self._joint.withheld[self.name]
+        absent = output.lacking[self.name], self._joint.withheld[self.name]
         yield self._named(
             self.report.report(stale, output, self.fusion, work, self._time, waiting, absent)
         )

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 
 from rclpy.node import Node
@@ -66,6 +67,11 @@ class EstimateOutput:
         self._estimate = RecordingPublisher(
             node, "estimate", self._messages.type_name, recorder, ESTIMATE
         )
+
+    @property
+    def lacking(self) -> Counter[str]:
+        """Messages made without the estimate of a channel, by its name."""
+        return self._messages.lacking
 
     def described(self) -> str:
         """Return topic, fields and type in words, once the topic is open."""

@@ -154,6 +154,7 @@ class FusionNode(ConfiguredNode[Parameters]):
     def _on_reset(self, _: Trigger.Request, response: Any) -> Any:
         for each in self.channels:
             each.reset()
+        self._joint.reset()
         response.success, response.message = True, "state cleared"
         return response
 

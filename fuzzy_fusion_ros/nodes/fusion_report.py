@@ -109,9 +109,9 @@ class FusionReport:
         new = [now - before for now, before in zip(absent, self._absent, strict=True)]
         self._absent = absent
         if new[0]:
-            text = f"{new[0]} estimates published without this channel; its field is copied from s2"
+            text = f"{new[0]} estimates published without this channel; its field is that of s2"
             yield Summary(Level.WARN, text)
-        if new[1]:
+        if new[1] and self.enabled:
             text = (
                 f"{new[1]} estimates not published because this channel has none with their stamp"
             )

@@ -65,11 +65,7 @@ class BagChannels:
             for note in each.notes()
         ]
         notes += [
-            f"{name}: {count} estimates written without it; its field is copied from S2"
-            for name, count in self._joint.lacking.items()
-        ]
-        notes += [
-            f"{name}: {count} estimates not written because it has none with their stamp"
+            f"{name}: {count} estimates skipped: {name} had no estimate at their stamps"
             for name, count in self._joint.withheld.items()
         ]
         return notes

@@ -236,6 +236,10 @@ class _Station:
 
     def _notes(self) -> list[str]:
         notes = self._fusion.notes()
+        notes += [
+            f"{name}: {count} estimates written without it; its field is that of S2"
+            for name, count in self._estimates.lacking.items()
+        ]
         if self._unwritable:
             notes.append(
                 f"{self._unwritable} estimates do not fit into {self._estimates.type_name}: "

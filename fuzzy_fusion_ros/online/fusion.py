@@ -141,6 +141,14 @@ class Fusion:
         return self._intake.is_settled()
 
     @property
+    def held_s2(self) -> float | None:
+        """The newest value of S2, within the period if it has one; None before the first."""
+        newest, period = self._intake.newest_s2, self.parameters.signal.period
+        if newest is None or period == 0.0:
+            return None if newest is None else newest.value
+        return newest.value - period * turns(newest.value, 0.0, period)
+
+    @property
     def standing(self) -> Standing:
         """The state between samples; assign one that the same samples have led to elsewhere."""
         return Standing(self._state, self._estimated_ns, self._s2)

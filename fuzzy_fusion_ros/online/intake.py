@@ -20,6 +20,7 @@ class Intake:
 
     Attributes:
         s1, s2: The guards, with the counts of what was admitted and dropped.
+        newest_s2: The newest sample of S2 taken since the state was last cleared, if any.
     """
 
     def __init__(self, parameters: Parameters) -> None:
@@ -29,6 +30,7 @@ class Intake:
         self._timeline = Timeline(self.s1, self.s2)
         self._trigger = trigger_for(parameters)
         self._lines = lines_for(parameters)
+        self.newest_s2: Sample | None = None
 
     @property
     def parameters(self) -> Parameters:
@@ -100,6 +102,7 @@ class Intake:
         return Verdict(len(steps), admission.drop, admission.restarted, steps)
 
     def _clear(self) -> None:
+        self.newest_s2 = None
         self._trigger = trigger_for(self._parameters)
         self._lines = lines_for(self._parameters)
 
@@ -108,6 +111,7 @@ class Intake:
             on_line = self._lines.on_s1(sample)
             step = NOTHING if on_line is None else self._trigger.on_s1(on_line)
         else:
+            self.newest_s2 = sample
             step = self._trigger.on_s2(self._lines.on_s2(sample))
         self.s1.drop(Drop.UNPAIRED, step.unpaired_s1)
         self.s2.drop(Drop.UNPAIRED, step.unpaired_s2)

@@ -64,10 +64,12 @@ class Together(NamedTuple):
     Attributes:
         stamp_ns: The stamp, nanoseconds.
         fused: The estimates by channel; one that has none is left out.
+        held: The newest value of S2 of those left out, by channel, where there is one.
     """
 
     stamp_ns: int
     fused: Mapping[str, Fused]
+    held: Mapping[str, float] = {}
 
     @property
     def s2_message(self) -> bytes:

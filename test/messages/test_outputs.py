@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import dataclasses
+import math
+from itertools import permutations
 from typing import Any
 
 import pytest
@@ -19,6 +21,7 @@ from fuzzy_fusion_ros.messages import (
     default_message,
     load_message_class,
 )
+from fuzzy_fusion_ros.messages.functions import Angles, quaternion_of
 from fuzzy_fusion_ros.messages.outputs import (
     EXPLANATION,
     JOINTS,
@@ -215,12 +218,35 @@ def test_channels_write_all_their_fields_into_one_message(
         assert (stamp_ns, value) == (STAMP_NS, pytest.approx(values[name], abs=1e-12))
 
 
-def test_a_channel_without_an_estimate_leaves_its_field(world: World) -> None:
+def test_a_channel_without_an_estimate_gives_what_it_holds_of_s2(world: World) -> None:
     made = together(world, POINT, {"x": "point.x", "y": "point.y"})
-    message = read(made.message(valued({"x": 0.5}, s2(world))))
-    assert (message.point.x, message.point.y) == (0.5, 3.0)
-    with pytest.raises(MessageError, match="channel y has no estimate, and there is no message"):
-        made.message(valued({"x": 0.5}, b""))
+    without = valued({"x": 0.5}, s2(world))
+    message = read(made.message(without._replace(held={"y": 7.0})))
+    assert (message.point.x, message.point.y) == (0.5, 7.0)
+    assert made.lacking == {"y": 1}
+    with pytest.raises(MessageError, match="channel y has neither an estimate nor a value of S2"):
+        made.message(without)
+    assert made.lacking == {"y": 1}
+
+
+@pytest.mark.parametrize("of", ["orientation", "linear_acceleration"])
+def test_the_order_of_channels_does_not_turn_angles_beyond_a_right_angle(
+    world: World, of: str
+) -> None:
+    values = {"roll": 0.1, "pitch": 1.7, "yaw": 0.3}
+    if of == "linear_acceleration":
+        del values["yaw"]
+    found = []
+    for names in permutations(values):
+        made = together(world, IMU, {name: f"{name}({of})" for name in names})
+        data = made.message(valued(values, world.data(IMU, LEVEL)))
+        found.append([ScalarCodec(world.types, IMU, f"{of}.{k}").value(data) for k in "xyz"])
+    if of == "orientation":
+        expected = list(quaternion_of(Angles(**values))[:3])
+    else:
+        across = 9.81 * math.cos(1.7)
+        expected = [-9.81 * math.sin(1.7), across * math.sin(0.1), across * math.cos(0.1)]
+    assert found == [pytest.approx(expected, abs=1e-12)] * len(found)
 
 
 def test_the_newest_message_of_s2_is_copied(world: World) -> None:

@@ -174,13 +174,86 @@ def test_the_field_of_a_channel_that_is_gone_is_that_of_s2(tmp_path: Path) -> No
     assert [value for _, value in found] == held
     alone = replayed(bag, tmp_path / "x", {**SHARED, **OWN["x"]})
     assert estimates(tmp_path / "out", "x") == estimates(alone, "x")
-    assert "y: 300 estimates written without it; its field is copied from S2" in notes
+    assert "y: 300 estimates written without it; its field is that of S2" in notes
+
+
+def test_the_field_of_a_channel_that_is_gone_is_in_the_unit_of_the_estimate(tmp_path: Path) -> None:
+    """S2's y, in thousandths, goes into z, and S2's x into x."""
+    bag = written(tmp_path / "bag", without_y("/s1", after=0))
+    y = {"field": "point.y", "scale": 0.001}
+    changes = {
+        "channels": ["milli", "x"],
+        **{f"milli.{role}.{name}": value for role in ("s1", "s2") for name, value in y.items()},
+        "milli.estimate.field": "point.z",
+        "x.s1.field": "point.x",
+        "x.s2.field": "point.x",
+    }
+    found = estimates(replayed(bag, tmp_path / "out", changes), "z")
+    held = [0.001 * v[1] for name, _, v in stream() if name == "/s2" for _ in range(10)]
+    assert [value for _, value in found] == held
+
+
+def test_the_field_of_a_channel_that_is_gone_keeps_the_newest_number_of_s2(tmp_path: Path) -> None:
+    sent = [
+        (name, at, [v[0], math.nan, v[2]] if name == "/s1" or at > START_NS + 95 * STEP_NS else v)
+        for name, at, v in stream()
+    ]
+    found = estimates(replayed(written(tmp_path / "b", sent), tmp_path / "out", TOGETHER), "y")
+    held = [v[1] for name, at, v in sent if name == "/s2" for _ in range(10)]
+    assert [value for _, value in found] == held[:100] + 200 * [held[99]]
 
 
 def test_nothing_is_made_up_for_a_channel_of_which_s2_has_no_number(tmp_path: Path) -> None:
-    bag = written(tmp_path / "bag", without_y("/s2", after=0))
-    with open_bag(bag) as opened, pytest.raises(FusionError, match="S2 has nan there"):
+    bag = written(tmp_path / "bag", ((t, s, [v[0], math.nan, v[2]]) for t, s, v in stream()))
+    with (
+        open_bag(bag) as opened,
+        pytest.raises(FusionError, match="y has neither an estimate nor a value of S2") as caught,
+    ):
         replay(opened, tmp_path / "out", Topics(), replace(Parameters(), TOGETHER))
+    assert "written without it" not in str(caught.value)
+
+
+def test_a_channel_that_misses_five_estimates_in_a_row_holds_back_no_more(tmp_path: Path) -> None:
+    """However long the intervals of its own samples are."""
+    sent = [
+        (name, at, [v[0], v[1] if k % 40 == 0 else math.nan, v[2]] if name == "/s1" else v)
+        for k, (name, at, v) in enumerate(stream(), 1)
+    ]
+    assert len(sent) == 330
+    has_y = [not math.isnan(v[1]) for name, _, v in sent if name == "/s1"]
+    stamps = [START_NS + k * STEP_NS for k in range(300)]
+    missed, expected = 5, []
+    for at, has in zip(stamps, has_y, strict=True):
+        if has or missed >= 5:
+            expected.append(at)
+        missed = 0 if has else missed + 1
+    assert 0 < len(stamps) - len(expected) == 5 * sum(has_y)
+    bag = written(tmp_path / "bag", sent)
+    with open_bag(bag) as opened:
+        notes = replay(opened, tmp_path / "out", Topics(), replace(Parameters(), TOGETHER)).notes
+    found = [struct.unpack("<iI", at) for at, _ in estimates(tmp_path / "out", "x")]
+    assert found == [divmod(at, 1_000_000_000) for at in expected]
+    skipped = len(stamps) - len(expected)
+    assert f"y: {skipped} estimates skipped: y had no estimate at their stamps" in notes
+
+
+def test_a_channel_without_an_estimate_since_a_jump_holds_back_no_other(tmp_path: Path) -> None:
+    again = [
+        (name, at - 3600 * 100 * STEP_NS, [v[0], math.nan, v[2]] if name == "/s1" else v)
+        for name, at, v in stream()
+    ]
+    sent = [*stream(), *again]
+    bag = written(tmp_path / "bag", stream())
+    with BagWriter(tmp_path / "jump") as writer:
+        for k, (topic, at, values) in enumerate(sent):
+            writer.write(topic, POINT, START_NS + k * STEP_NS, point(at, values))
+    whole = len(estimates(replayed(bag, tmp_path / "w", TOGETHER), "x"))
+    with open_bag(tmp_path / "jump") as opened:
+        notes = replay(opened, tmp_path / "out", Topics(), replace(Parameters(), TOGETHER)).notes
+    found = len(estimates(tmp_path / "out", "x"))
+    alone = replayed(tmp_path / "jump", tmp_path / "x", {**SHARED, **OWN["x"]})
+    assert whole < found == len(estimates(alone, "x"))
+    assert not [each for each in notes if "skipped" in each]
 
 
 def test_diagnostics_and_log_name_the_channel(harness: Harness) -> None:
