@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import struct
+import tracemalloc
 from pathlib import Path
 
 import lz4.frame
@@ -26,7 +27,7 @@ from mcap.writer import CompressionType
 from fuzzy_fusion_ros.bag import BagTypes, Definition, Topic, compression, definitions, open_bag
 from fuzzy_fusion_ros.bag.compression import decompress, decompress_file
 from fuzzy_fusion_ros.bag.mcap import records
-from fuzzy_fusion_ros.bag.mcap.records import split_records
+from fuzzy_fusion_ros.bag.mcap.records import find_messages, split_records
 from fuzzy_fusion_ros.messages import ScalarCodec, default_message
 from fuzzy_fusion_ros.messages.cdr import LARGEST, CdrWriter
 from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
@@ -88,6 +89,17 @@ def test_a_run_of_records_ends_at_a_number(monkeypatch: pytest.MonkeyPatch) -> N
 def test_records_that_nobody_needs_take_no_memory() -> None:
     run = split_records(10 * struct.pack("<BQ", 200, 0) + struct.pack("<BQB", 3, 1, 0))
     assert (run.others, run.is_whole) == ([(3, b"\0")], True)
+
+
+@pytest.mark.parametrize("begins", [b"", struct.pack("<BQHIQQ", 5, 22, 1, 0, 7, 7)])
+def test_bytes_that_all_look_like_messages_take_little_memory(begins: bytes) -> None:
+    run = begins + bytes([5]) * (1 << 20)
+    tracemalloc.start()
+    data, places, whole = find_messages([run])
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert (data, places.tolist(), whole) == (run, [0] if begins else [], [False])
+    assert peak < len(run)
 
 
 def test_what_looks_like_chunks_is_not_read_for_ever(tmp_path: Path) -> None:

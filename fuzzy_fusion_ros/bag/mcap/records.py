@@ -93,6 +93,10 @@ MOST_RECORDS = 1_000_000
 """Records of a chunk, or messages outside chunks in a row; those after them are left out."""
 
 
+_CANDIDATES = 2
+"""Bytes that look like the begin of a message, for each message that there is room for, that are
+worth arrays: these take 25 bytes for each."""
+
 _PRUNINGS = 3
 """How often bytes that look like the begin of a message are left out before records are walked."""
 
@@ -149,8 +153,11 @@ def _are_among(some: NDArray[np.int64], places: NDArray[np.int64]) -> bool:
 def _nothing_but_messages(data: bytes) -> NDArray[np.int64] | None:
     """Return where message records begin if there is nothing else; ``None`` where there may be.
 
-    Each byte that may begin one is looked at, and what none before it leads to is left out.
+    Each byte that may begin one is looked at, and what none before it leads to is left out. Where
+    there are too many of them, there may be something else.
     """
+    if data.count(_MESSAGE) > _CANDIDATES * (len(data) // MESSAGE.size):
+        return None
     octets = np.frombuffer(data, np.uint8)
     places = np.flatnonzero(octets[: max(0, len(data) - MESSAGE.size + 1)] == _MESSAGE)
     lengths = gathered(data, places + 1, "<u8")
