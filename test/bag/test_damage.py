@@ -220,6 +220,20 @@ def test_times_that_a_chunk_does_not_own_up_to_are_told(tmp_path: Path) -> None:
     assert "messages may come out of order" in problems[0]
 
 
+def test_a_chunk_with_earlier_messages_that_is_cut_off_has_both_said_of_it(tmp_path: Path) -> None:
+    path = tmp_path / "bag.mcap"
+    options = McapOptions(enable_crcs=False, compression=CompressionType.NONE, chunk_size=1 << 20)
+    data = bytearray(write_by_mcap(path, MESSAGES, options).read_bytes())
+    time_at = data.index(MESSAGES[100].data) - 16
+    data[time_at : time_at + 8] = (5).to_bytes(8, "little")
+    length_at = data.index(MESSAGES[200].data) - 22 - 8
+    data[length_at : length_at + 3] = b"\xff\xff\xff"
+    messages, problems = read(path, bytes(data))
+    assert len(messages) == 200
+    assert "messages may come out of order" in problems[0]
+    assert "ends within a record" in problems[1]
+
+
 def test_records_outside_chunks_end_at_a_damaged_length(tmp_path: Path) -> None:
     path = tmp_path / "bag.mcap"
     data = write_by_mcap(path, MESSAGES, McapOptions(use_chunking=False)).read_bytes()

@@ -209,7 +209,7 @@ class McapFile:
                 self._note_on(
                     segment, "also holds earlier messages: messages may come out of order"
                 )
-            elif not whole[k]:
+            if not whole[k]:
                 self._note_on(segment, "ends within a record")
         of = kinds[heads["channel"]]
         there = np.flatnonzero((of >= 0) & (log_ns >= start_ns) & (log_ns < stop_ns))
