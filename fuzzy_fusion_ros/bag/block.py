@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +18,7 @@ BLOCK_BYTES = 1 << 20
 """Bytes of a block that is worth arrays."""
 
 _GATHERED = 1 << 12
-"""Messages that are put together where a bag has them one by one."""
+"""Messages, at most, of a block where a bag has them one by one."""
 
 
 class Block(NamedTuple):
@@ -86,20 +85,34 @@ def first(blocks: Iterable[Block], most: int) -> Iterator[Block]:
 
 
 def gathered(messages: Iterable[BagMessage]) -> Iterator[Block]:
-    """Yield messages that come one by one as blocks."""
-    source = iter(messages)
-    while found := list(islice(source, _GATHERED)):
-        numbers: dict[tuple[str, str], int] = {}
-        kinds = [numbers.setdefault(each[:2], len(numbers)) for each in found]
-        sizes = np.array([len(each.data) for each in found], np.int64)
-        yield Block(
-            b"".join(each.data for each in found),
-            np.cumsum(sizes) - sizes,
-            sizes,
-            np.array([each.log_ns for each in found], np.int64),
-            np.array(kinds, np.int64),
-            tuple(numbers),
-        )
+    """Yield messages that come one by one as blocks.
+
+    A block ends with the message that fills it: ``BLOCK_BYTES`` or 4096 messages.
+    """
+    found: list[BagMessage] = []
+    size = 0
+    for message in messages:
+        found.append(message)
+        size += len(message.data)
+        if size >= BLOCK_BYTES or len(found) == _GATHERED:
+            yield _joined(found)
+            found, size = [], 0
+    if found:
+        yield _joined(found)
+
+
+def _joined(messages: Sequence[BagMessage]) -> Block:
+    numbers: dict[tuple[str, str], int] = {}
+    kinds = [numbers.setdefault(each[:2], len(numbers)) for each in messages]
+    sizes = np.array([len(each.data) for each in messages], np.int64)
+    return Block(
+        b"".join(each.data for each in messages),
+        np.cumsum(sizes) - sizes,
+        sizes,
+        np.array([each.log_ns for each in messages], np.int64),
+        np.array(kinds, np.int64),
+        tuple(numbers),
+    )
 
 
 def together(blocks: Sequence[Block]) -> Block:

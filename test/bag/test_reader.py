@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import gc
 import random
 import shutil
+import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -31,6 +33,7 @@ from mcap.writer import CompressionType, IndexType
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from fuzzy_fusion_ros.bag import BagMessage, BagWriter, open_bag
+from fuzzy_fusion_ros.bag.block import gathered, one_by_one
 from fuzzy_fusion_ros.bag.mcap import file
 from fuzzy_fusion_ros.parameters.errors import BagError
 
@@ -444,9 +447,6 @@ def test_memory_is_flat_in_the_length_of_a_bag(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of 20,000 messages, never more than those of two blocks are alive at a time."""
-    import gc
-    import tracemalloc
-
     path = write_bag(tmp_path / "bag", points(20_000, ["/s1", "/s2"]))
     gc.collect()
     monkeypatch.setattr(file, "BLOCK_BYTES", 1 << 16)
@@ -458,6 +458,15 @@ def test_memory_is_flat_in_the_length_of_a_bag(
         tracemalloc.stop()
     assert count == 20_000
     assert peak < 1_000_000
+
+
+def test_a_block_of_large_messages_ends_at_its_bytes() -> None:
+    messages = [BagMessage("/cam", FLOAT, at, bytes([at % 251]) * 400_000) for at in range(7)]
+    blocks = list(gathered(messages))
+    assert [each.at.size for each in blocks] == [3, 3, 1]
+    assert list(one_by_one(blocks)) == messages
+    assert [each.at.size for each in gathered(points(5000))] == [4096, 904]
+    assert list(gathered([])) == []
 
 
 assert STEP_NS * 100 == 10**9  # what the spans above are written for
