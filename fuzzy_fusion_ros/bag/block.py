@@ -59,6 +59,21 @@ class Block(NamedTuple):
             kinds=self.kinds[which],
         )
 
+    def compact(self) -> Block:
+        """Return the messages in a buffer of which they take at least half."""
+        if 2 * int(self.sizes.sum()) >= len(self.data):
+            return self
+        data, ends = memoryview(self.data), self.at + self.sizes
+        pieces = [data[at:end] for at, end in zip(self.at.tolist(), ends.tolist(), strict=True)]
+        return Block(
+            b"".join(pieces),
+            np.cumsum(self.sizes) - self.sizes,
+            self.sizes.copy(),
+            self.log_ns.copy(),
+            self.kinds.copy(),
+            self.names,
+        )
+
     def on(self, topic: str) -> Block:
         """Return the messages of a topic."""
         return self.chosen(self.which(topic))

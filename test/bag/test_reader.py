@@ -7,7 +7,7 @@ import gc
 import random
 import shutil
 import tracemalloc
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +33,7 @@ from mcap.writer import CompressionType, IndexType
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from fuzzy_fusion_ros.bag import BagMessage, BagWriter, open_bag
-from fuzzy_fusion_ros.bag.block import gathered, one_by_one
+from fuzzy_fusion_ros.bag.block import Block, gathered, one_by_one, together
 from fuzzy_fusion_ros.bag.mcap import file
 from fuzzy_fusion_ros.parameters.errors import BagError
 
@@ -457,6 +457,48 @@ def test_memory_is_flat_in_the_length_of_a_bag(
         peak = tracemalloc.get_traced_memory()[1] - before
         tracemalloc.stop()
     assert count == 20_000
+    assert peak < 1_000_000
+
+
+def test_chunks_that_overlap_are_copied_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each of 50 chunks spans half the bag, so nothing is final before half of them are read."""
+    copied = 0
+
+    def counted(blocks: Sequence[Block]) -> Block:
+        nonlocal copied
+        copied += sum(len(each.data) for each in blocks)
+        return together(blocks)
+
+    monkeypatch.setattr(file, "together", counted)
+    monkeypatch.setattr(file, "BLOCK_BYTES", 1 << 10)
+    ordered = points(1000)
+    messages = [each for pair in zip(ordered[:500], ordered[500:], strict=True) for each in pair]
+    path = write_by_mcap(tmp_path / "bag.mcap", messages, McapOptions(chunk_size=1 << 10))
+    with open_bag(path) as bag:
+        assert list(bag.messages()) == ordered
+    assert 0 < copied <= 2 * sum(len(each.data) for each in messages)
+
+
+def test_messages_that_wait_keep_no_other_bytes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Small messages beside large ones, in chunks that overlap: 8 MB, of which 10 kB are read."""
+    small = [
+        BagMessage("/s", FLOAT, BEGIN_NS + (at + 100) % 200 * STEP_NS, float_data(at))
+        for at in range(200)
+    ]
+    large = [BagMessage("/cam", FLOAT, each.log_ns, bytes(40_000)) for each in small]
+    messages = [each for pair in zip(small, large, strict=True) for each in pair]
+    path = write_by_mcap(tmp_path / "bag.mcap", messages, McapOptions(chunk_size=1 << 16))
+    monkeypatch.setattr(file, "BLOCK_BYTES", 1 << 16)
+    with open_bag(path) as bag:
+        tracemalloc.start()
+        found = list(bag.messages(["/s"]))
+        _, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+    assert found == sorted(small, key=lambda each: each.log_ns)
     assert peak < 1_000_000
 
 

@@ -9,7 +9,7 @@ skips one chunk, and because it takes 0.6 of rosbags' CPU time per message and 0
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Collection, Iterator, Sequence, Set
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence, Set
 from pathlib import Path
 from typing import NamedTuple
 
@@ -52,21 +52,35 @@ class _Ordered(NamedTuple):
     block: Block
     rank: NDArray[np.int64]
 
-    def after(self, first: int) -> _Ordered | None:
-        """Return those from one on, with no other bytes; None if there are none."""
-        rest = self.block.chosen(slice(first, None))
-        if not rest.at.size:
-            return None
-        data = [rest.data[at : at + size] for at, size in zip(rest.at, rest.sizes, strict=True)]
-        begins = np.cumsum(rest.sizes) - rest.sizes
-        return _Ordered(rest._replace(data=b"".join(data), at=begins), self.rank[first:])
+    def chosen(self, which: slice) -> _Ordered:
+        """Return some of them; the buffer stays as it is."""
+        return _Ordered(self.block.chosen(which), self.rank[which])
+
+    def compact(self) -> _Ordered:
+        """Return them in a buffer of which they take at least half."""
+        return _Ordered(self.block.compact(), self.rank.copy())
 
 
-def _merged(one: _Ordered | None, other: _Ordered) -> _Ordered:
-    if one is None:
-        return other
-    block = together([one.block, other.block])
-    return _in_order(_Ordered(block, np.concatenate([one.rank, other.rank])))
+def _split(runs: Iterable[_Ordered], limit_ns: int) -> tuple[list[_Ordered], list[_Ordered]]:
+    """Return the messages before a log time, and those from it on, which have to wait."""
+    before, waiting = [], []
+    for run in runs:
+        log_ns = run.block.log_ns
+        first = int(np.searchsorted(log_ns, limit_ns))
+        if first:
+            before.append(run.chosen(slice(first)))
+        if first < log_ns.size:
+            waiting.append(run.chosen(slice(first, None)).compact())
+    return before, waiting
+
+
+def _merged(runs: Sequence[_Ordered]) -> Block:
+    """Return the messages of at least one run in order; each is copied at most once."""
+    if len(runs) == 1:
+        return runs[0].block
+    compact = [run.compact() for run in runs]
+    block = together([run.block for run in compact])
+    return _in_order(_Ordered(block, np.concatenate([run.rank for run in compact]))).block
 
 
 def _in_order(found: _Ordered) -> _Ordered:
@@ -155,16 +169,14 @@ class McapFile:
         for kind, (number, topic) in enumerate(self._channels.items()):
             if names is None or topic.name in names:
                 kinds[number] = kind
-        waiting: _Ordered | None = None
+        waiting: list[_Ordered] = []
         for group in self._groups(set(np.flatnonzero(kinds >= 0).tolist()), start_ns, stop_ns):
-            if waiting is not None:
-                final = int(np.searchsorted(waiting.block.log_ns, group[0].segment.start_ns))
-                if final:
-                    yield waiting.block.chosen(slice(final))
-                    waiting = waiting.after(final)
-            waiting = _merged(waiting, self._ordered(group, kinds, start_ns, stop_ns))
-        if waiting is not None:
-            yield waiting.block
+            before, waiting = _split(waiting, group[0].segment.start_ns)
+            if before:
+                yield _merged(before)
+            waiting.append(self._ordered(group, kinds, start_ns, stop_ns))
+        if waiting:
+            yield _merged(waiting)
 
     def _find_messages(self, size: int) -> McapIndex:
         try:
