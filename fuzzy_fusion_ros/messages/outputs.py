@@ -290,8 +290,18 @@ def _refuse_overlaps(
     """Refuse channels that write the same numbers.
 
     Raises:
-        MessageError: Two do; angles of one orientation are apart, though they share its numbers.
+        MessageError: Two do, or one its variance over an estimate; angles of one orientation are
+            apart, though they share its numbers.
     """
+    estimates = {path.text: name for name, each in codecs.items() for path in each.field.paths}
+    for name, variance in variances.items():
+        if variance in estimates:
+            of = f" of channel {estimates[variance]}" if estimates[variance] else ""
+            own = f"{name}.estimate" if name else "estimate"
+            raise MessageError(
+                f"{own}.variance_field is {variance} of {type_name}, which holds the estimate{of}: "
+                "name the field of a variance"
+            )
     for (one, first), (other, second) in combinations(codecs.items(), 2):
         numbers = {path.text for path in first.field.paths}
         shared = numbers & {path.text for path in second.field.paths}

@@ -74,10 +74,11 @@ def variance_of(types: TypeDescriptions, type_name: str, field: Field) -> Varian
     over = _fields(types, type_name, owners[:-2]) if len(owners) > 1 else {}
     if group in _GROUPS and _has(over, "covariance", 36):
         matrix = _joined(".".join(owners[:-2]), "covariance")
+        first = _GROUPS[group]
         if axis in _AXES:
-            return _matrix(matrix, 6, _GROUPS[group] + _AXES[axis], NO_INFORMATION)
-        diagonal = {f"{matrix}[{7 * (_GROUPS[group] + k)}]": NO_INFORMATION for k in range(3)}
-        return Variance("", {**_all(matrix, 36), **diagonal})
+            return _matrix(matrix, 6, first + _AXES[axis], NO_INFORMATION)
+        rows = [_matrix(matrix, 6, first + k, NO_INFORMATION).unknown for k in range(3)]
+        return Variance("", {path: value for row in rows for path, value in row.items()})
     return NONE
 
 

@@ -257,6 +257,23 @@ def test_the_newest_message_of_s2_is_copied(world: World) -> None:
         assert read(made.message(Together(STAMP_NS, both))).header.frame_id == "gps"
 
 
+@pytest.mark.parametrize("field", ["point.x", "point.y"])
+def test_a_variance_over_an_estimate_is_refused(world: World, field: str) -> None:
+    sources = {
+        name: EstimateSource(
+            EstimateParameters(variance_field=variance),
+            ScalarCodec(world.types, POINT, f"point.{name}"),
+        )
+        for name, variance in (("x", field), ("y", ""))
+    }
+    with pytest.raises(
+        MessageError,
+        match=f"x.estimate.variance_field is {field} of .*, which holds the estimate of channel "
+        f"{field[-1]}: name the field of a variance",
+    ):
+        EstimateMessages(world.types, sources)
+
+
 @pytest.mark.parametrize(
     ("first", "second"),
     [

@@ -84,6 +84,30 @@ def test_the_variance_of_s2_is_never_passed_on(world: World) -> None:
         assert element.sample(data, 0).value == expected
 
 
+@pytest.mark.parametrize("reverse", [False, True])
+def test_the_variance_of_one_channel_does_not_touch_that_of_another_group(
+    world: World, reverse: bool
+) -> None:
+    """A course in the plane has one of the position, a yaw one of the orientation."""
+    kind = "geometry_msgs/msg/PoseWithCovarianceStamped"
+    fields = ["yaw(pose.pose.orientation)", "atan2(pose.pose.position.y, pose.pose.position.x)"]
+    codecs = {field: ScalarCodec(world.types, kind, field) for field in fields}
+    s2 = world.data(kind, {"pose.covariance": [1.0 + k for k in range(36)]})
+    sources = {
+        name: EstimateSource(EstimateParameters(), codecs[field])
+        for name, field in zip("ab", reversed(fields) if reverse else fields, strict=True)
+    }
+    (one,) = fused(s2, 0.0).fused.values()
+    data = EstimateMessages(world.types, sources).message(Together(7, {"a": one, "b": one}))
+    for k in range(36):
+        row, column = divmod(k, 6)
+        is_ours = {row, column} & {0, 1, 2, 5}
+        expected = 0.0 if is_ours else 1.0 + k
+        if row == column and is_ours:
+            expected = NO_INFORMATION
+        assert ScalarCodec(world.types, kind, f"pose.covariance[{k}]").value(data) == expected
+
+
 def test_zeros_say_that_a_covariance_is_not_known(world: World) -> None:
     codec = ScalarCodec(world.types, FIX, "altitude")
     s2 = world.data(
