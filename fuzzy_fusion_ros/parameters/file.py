@@ -18,7 +18,7 @@ from typing import Any
 import yaml
 
 from fuzzy_fusion_ros.parameters.errors import ParameterError
-from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.fusion import BUILTIN, Parameters
 from fuzzy_fusion_ros.parameters.group import (
     Descriptor,
     Group,
@@ -137,33 +137,43 @@ def dumps(parameters: Group, comments: Iterable[str] = (), node_name: str = "") 
 
 def is_builtin(name: str) -> bool:
     """Return whether a parameter is one that every ROS node has."""
-    return name in {"use_sim_time", "start_type_description_service"} or name.startswith(
-        "qos_overrides."
-    )
+    owner, dot, _ = name.partition(".")
+    return owner in BUILTIN and bool(dot) == (owner == "qos_overrides")
 
 
 def refuse(name: str, value: object, known: Mapping[str, Descriptor]) -> None:
     """Raise if a parameter is unknown, or is a text that YAML has turned into true or false.
 
     Raises:
-        ParameterError: It is; the error names the nearest known one, or the channels that there
-            are, or says to quote the text.
+        ParameterError: It is; the error says what to write.
     """
     if name not in known:
-        channel, _, below = name.partition(".")
-        if "channels" in known and below in known:
-            there = [each.removesuffix(f".{below}") for each in known if each.endswith(f".{below}")]
-            raise ParameterError(
-                name,
-                f"there is no channel {channel!r} in channels, which has: "
-                f"{', '.join(there) or 'none'}; add it there, or use one of these",
-            )
-        close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
-        advice = f"did you mean {close[0]}?" if close else f"expected one of {', '.join(known)}"
-        raise ParameterError(name, f"unknown; {advice}")
+        raise ParameterError(name, _advice(name, known))
     texts = value if isinstance(value, list) else [value]
     if known[name].kind in {str, tuple} and any(isinstance(text, bool) for text in texts):
         raise ParameterError(name, f"got {value!r}, expected text: quote words like 'y' and 'on'")
+
+
+def _advice(name: str, known: Mapping[str, Descriptor]) -> str:
+    """Return what is wrong with the name of an unknown parameter, and what to write."""
+    below_it = [each for each in known if each.startswith(f"{name}.")]
+    if below_it:
+        field = f"{name}.s1.field"
+        such = field if field in below_it else below_it[0]
+        return f"expected parameters below it, such as {such}"
+    channel, _, below = name.partition(".")
+    if "channels" in known and below in known:
+        field = ".s1.field"
+        there = [each.removesuffix(field) for each in known if each.endswith(field)]
+        if channel in there:
+            return f"{below} belongs to the node, not to a channel: write it as {below}"
+        return (
+            f"there is no channel {channel!r} in channels, which has: "
+            f"{', '.join(there) or 'none'}; add it there, or use one of these"
+        )
+    close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
+    advice = f"did you mean {close[0]}?" if close else f"expected one of {', '.join(known)}"
+    return f"unknown; {advice}"
 
 
 def applies(owner: str, node_name: str) -> bool:
@@ -241,7 +251,14 @@ def _parameters_in(path: str | Path, node: Any, prefix: str) -> Iterator[tuple[s
         if isinstance(value, yaml.MappingNode):
             yield from _parameters_in(path, value, f"{name}.")
         elif isinstance(value, yaml.SequenceNode):
-            yield name, [_scalar(each) for each in value.value]
+            values = [_scalar(each) for each in value.value]
+            if {bool, str} <= {type(each) for each in values}:
+                raise ParameterFileError(
+                    path,
+                    f"line {value.start_mark.line + 1}: {name}: got {values!r}, expected texts: "
+                    "quote words like 'y' and 'on'",
+                )
+            yield name, values
         else:
             yield name, _scalar(value)
 

@@ -32,6 +32,10 @@ CHANNEL = re.compile(r"[A-Za-z](_?[A-Za-z0-9])*")
 """A channel's name: it is part of the names of parameters and topics."""
 
 
+BUILTIN = {"use_sim_time", "start_type_description_service", "qos_overrides"}
+"""Parameters that every ROS node has; below the last, any number of them."""
+
+
 @dataclass(frozen=True)
 class BreakPoints(Group):
     """Fig. 4: where *large* starts to rise from 0, and where it reaches 1."""
@@ -331,10 +335,10 @@ class Parameters(ChannelParameters):
                     f"got {name!r}, expected letters, digits and single underscores between them, "
                     "and a letter first",
                 )
-            if name in {field.name for field in dataclasses.fields(self)}:
+            if name in BUILTIN or name in {field.name for field in dataclasses.fields(self)}:
                 raise ParameterError("channels", f"{name!r} is a parameter: use another name")
             if self.channels.count(name) > 1:
-                raise ParameterError("channels", f"{name!r} is in it twice: give each name once")
+                raise ParameterError("channels", f"{name!r} is listed twice: use each name once")
         self.variants()
 
     def variants(self) -> dict[str, ChannelParameters]:
@@ -398,7 +402,9 @@ class Parameters(ChannelParameters):
         names = ", ".join(self.channels)
         raise ParameterError(
             "channels",
-            f"there is no {name!r}, only {names}" if name else f"are {names}: choose one",
+            f"there is no {name!r}, only {names}"
+            if name
+            else f"there are several channels ({names}): choose one with --channel",
         )
 
     def only(self, name: str) -> Parameters:

@@ -89,7 +89,7 @@ def test_tune_keeps_the_other_channels(bag: Path, params: Path, tmp_path: Path) 
 @pytest.mark.parametrize(
     ("channel", "problem"),
     [
-        ([], "channels: are x, y, z: choose one"),
+        ([], "there are several channels (x, y, z): choose one with --channel"),
         (["--channel", "w"], "channels: there is no 'w', only x, y, z"),
     ],
 )

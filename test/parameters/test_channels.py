@@ -59,8 +59,11 @@ def test_a_shared_value_changes_where_none_is_set() -> None:
         ({"channels": ["a__b"]}, "got 'a__b', expected"),
         ({"channels": [""]}, "got '', expected"),
         ({"channels": ["s1"]}, "'s1' is a parameter: use another name"),
+        ({"channels": ["use_sim_time"]}, "'use_sim_time' is a parameter: use another name"),
+        ({"channels": ["qos_overrides"]}, "'qos_overrides' is a parameter: use another name"),
+        ({"channels": ["start_type_description_service"]}, "service' is a parameter: use another"),
         ({"channels": ["own"]}, "'own' is a parameter: use another name"),
-        ({"channels": ["a", "a"]}, "'a' is in it twice"),
+        ({"channels": ["a", "a"]}, "'a' is listed twice: use each name once"),
         ({"channels": "roll"}, "got 'roll', expected a list of texts"),
         ({"channels": [1]}, r"got \(1,\), expected a list of texts"),
         ({"roll.trigger": "pair"}, "roll.trigger: unknown; known below roll: s1.type, "),
@@ -86,7 +89,7 @@ def test_a_channels_values_have_to_go_together() -> None:
 @pytest.mark.parametrize(
     ("parameters", "name", "problem"),
     [
-        (AXES, "", "channels: are roll, pitch: choose one"),
+        (AXES, "", r"there are several channels \(roll, pitch\): choose one with --channel"),
         (AXES, "yaw", "channels: there is no 'yaw', only roll, pitch"),
         (Parameters(), "yaw", "channels: is empty, so there is no channel 'yaw'"),
     ],

@@ -51,7 +51,7 @@ SCALARS: Mapping[str, object] = {
     '"1.5"': "1.5",
     "text": "text",
     "[1, 2]": [1, 2],
-    "[a, y]": ["a", True],
+    "[n, y]": [False, True],
     "": None,
 }
 
@@ -151,11 +151,27 @@ REFUSED = {
     ),
     "a name turned into a switch": (
         "/**:\n  ros__parameters: {channels: [x, y, z]}\n",
-        "parameter channels: got ['x', True, 'z'], expected text: quote words like 'y' and 'on'",
+        "line 2: channels: got ['x', True, 'z'], expected texts: quote words like 'y' and 'on'",
     ),
-    "a group for a value": (
+    "nothing but a name turned into a switch": (
+        "/**:\n  ros__parameters: {channels: [y]}\n",
+        "parameter channels: got [True], expected text: quote words like 'y' and 'on'",
+    ),
+    "a value for a group": (
         "/**:\n  ros__parameters: {gate: 3.0}\n",
-        "parameter gate: unknown; did you mean rate?",
+        "parameter gate: expected parameters below it, such as gate.tolerance",
+    ),
+    "a value for a channel": (
+        "/**:\n  ros__parameters: {channels: [x], x: 3}\n",
+        "parameter x: expected parameters below it, such as x.s1.field",
+    ),
+    "a channel's own of what belongs to the node": (
+        "/**:\n  ros__parameters: {channels: [x], x: {trigger: pair}}\n",
+        "parameter x.trigger: trigger belongs to the node, not to a channel: write it as trigger",
+    ),
+    "a channel that is not listed": (
+        "/**:\n  ros__parameters: {channels: [x], z: {trigger: pair}}\n",
+        "parameter z.trigger: there is no channel 'z' in channels, which has: x; add it there",
     ),
 }
 
