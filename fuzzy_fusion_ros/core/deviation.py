@@ -21,8 +21,8 @@ FIRST = 10
 """Samples of S2 that its noise, where it is known, counts as at first."""
 
 SHOCK = 25.0
-"""A sample counts as at most this many times the mean: an outlier says nothing of the noise now."""
-
+"""A sample counts as at most this many times the mean, or S2's known noise where that is larger: an
+outlier says nothing of the noise now."""
 
 OUTLIER = 2.0
 """The same for a sample that the observer has found to be an outlier."""
@@ -56,7 +56,7 @@ def weighed(
         noise: S2's noise, unit of the signal; 0 where it is not known.
         innovation: The innovation.
         expected: Its expected square, in units of S2's noise variance, 1 or more.
-        most: How many times the mean it counts as at most.
+        most: How many times the mean, or the noise if that is larger, it counts as at most.
     """
     samples, variance = kept.samples, kept.variance
     if samples == 0 and noise > 0.0:
@@ -64,7 +64,7 @@ def weighed(
     error = bounded(innovation)
     squared = min(error * error / expected, LARGEST)
     if variance > 0.0:
-        squared = min(squared, most * variance)
+        squared = min(squared, most * max(variance, noise * noise))
     samples = min(samples + 1, MEMORY)
     return Evidence(samples, variance + (squared - variance) / samples)
 

@@ -67,7 +67,11 @@ LEAST_BELIEF = 1e-6
 """A sample of S2 is trusted at least this much, whatever W1."""
 
 LASTING = 5
-"""So many outliers of S2 in a row that agree are a step: the signal or S2 itself has moved."""
+"""This many consecutive outliers of S2 that agree are a step: the signal or S2 itself has moved."""
+
+LONGEST = 100
+"""Where S2's noise is not known, no more consecutive outliers of S2 are held back than these: then
+the innovations before them were too small, as at rest, for telling what is an outlier."""
 
 EVIDENCE = 9.0
 """Rejected samples of S1 explain S2 if they lower the squared innovation by this many variances."""
@@ -89,8 +93,9 @@ class Belief(NamedTuple):
         weight: W1 of that sample, 0 to 1: the share of the innovation that is not believed.
         drift: How much more than the innovation the signal is off by now, unit of the signal.
         strengths: Firing strengths at that sample.
-        outliers: How many outliers of S2 in a row agree, up to ``LASTING``; 0 if the newest sample
-            is none.
+        outliers: How many consecutive outliers of S2 agree, up to ``LASTING``; 0 if the newest
+            sample is none.
+        held_back: How many consecutive samples of S2 are outliers, up to ``LONGEST``.
         adaptation: Factors of S2's lag and of S1's movements.
     """
 
@@ -107,6 +112,7 @@ class Belief(NamedTuple):
     drift: float
     strengths: FiringStrengths
     outliers: int
+    held_back: int
     adaptation: Adaptation
 
 
@@ -126,6 +132,7 @@ def no_belief() -> Belief:
         drift=0.0,
         strengths=FiringStrengths(0.0, 0.0, 0.0, 0.0),
         outliers=0,
+        held_back=0,
         adaptation=no_adaptation(),
     )
 
@@ -187,6 +194,7 @@ def moved_on(
         drift=kept.drift,
         strengths=kept.strengths,
         outliers=kept.outliers,
+        held_back=kept.held_back,
         adaptation=adaptation,
     )
 
@@ -245,6 +253,7 @@ def started(
         drift=kept.drift,
         strengths=kept.strengths,
         outliers=kept.outliers,
+        held_back=kept.held_back,
         adaptation=adaptation,
     )
 
@@ -291,8 +300,12 @@ def believe(
             noise = noise_variance(parameters.aggregator, strengths)
     outliers, counted = 0, innovation
     if parameters.s2.outlier_threshold > 0.0:
-        limit = parameters.s2.outlier_threshold * math.sqrt(usual * (p.m22 + noise))
+        least = parameters.s2.noise * parameters.s2.noise
+        scatter = max(usual, least) if usual > 0.0 else 0.0
+        limit = parameters.s2.outlier_threshold * math.sqrt(scatter * (p.m22 + noise))
         outliers = outliers_with(kept, innovation, limit)
+        if outliers > 0 and kept.held_back >= LONGEST and not least > 0.0:
+            outliers = LASTING
         if 0 < outliers < LASTING:
             counted = clamped(innovation, -limit, limit)
             strengths = rule_strengths(parameters.aggregator, counted, s2)
@@ -323,6 +336,7 @@ def believe(
             drift=lead(k) * abs(innovation),
             strengths=strengths,
             outliers=outliers,
+            held_back=min(kept.held_back + 1, LONGEST) if outliers > 0 else 0,
             adaptation=adaptation,
         ),
         s1,
@@ -330,7 +344,7 @@ def believe(
 
 
 def outliers_with(kept: Belief, innovation: float, limit: float) -> int:
-    """Return how many outliers of S2 in a row agree, with its newest sample; 0 if it is none.
+    """Return how many consecutive outliers of S2 agree, with its newest sample; 0 if it is none.
 
     The first of them agree within the limit. From ``LASTING`` on they are a step of S2, which
     passes as long as what is left of it does not grow by more.

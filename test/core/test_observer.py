@@ -26,7 +26,7 @@ from fuzzy_fusion_ros.core.estimator import (
     without_s1,
 )
 from fuzzy_fusion_ros.core.model import no_states
-from fuzzy_fusion_ros.core.observer import LASTING, moved_on, no_belief
+from fuzzy_fusion_ros.core.observer import LASTING, LONGEST, moved_on, no_belief
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
 
@@ -414,7 +414,30 @@ def test_a_step_of_s2_that_lasts_passes_all_the_same(step: float) -> None:
     assert values(robust)[-1] == pytest.approx(step, rel=0.05)
 
 
+@pytest.mark.parametrize("noise", [0.05, 0.0])
+def test_after_a_rest_in_which_s2_repeats_one_number_it_is_not_an_outlier(noise: float) -> None:
+    """Innovations of 0 leave nothing of the standard deviation that outliers are told by."""
+    changes = {"s1.bias_time_constant": 0.5, "s2.noise": noise, "s2.outlier_threshold": 5.0}
+    robust = replace(LEARNING, changes)
+    k = np.arange(6000)
+    moving = np.where(k < 1000, 0.0, np.sin(0.01 * (k - 1000)))
+    bias = np.where(k < 1000, 0.0, 0.5 + 1e-4 * (k - 1000))
+    s1, s2 = (moving + bias).round(2).tolist(), moving.round(2).tolist()
+    plain, _ = fed(replace(robust, {"s2.outlier_threshold": 0.0}), s1, s2)
+    said, state = fed(robust, s1, s2)
+    settled = 1000 + (0 if noise else LONGEST) + 200
+    error, usual = (
+        np.abs(np.array(values(each)) - moving)[settled:].max() for each in (said, plain)
+    )
+    assert error == pytest.approx(usual, abs=0.01)
+    assert error < 0.05
+    assert state.sensors.belief.held_back == 0
+
+
 def test_an_s2_that_grows_noisy_for_good_is_no_longer_an_outlier() -> None:
     loud = (20.0 * np.array(noisy(3000))).tolist()
     _, state = fed(ROBUST, [0.0] * 3400, [*noisy(400), *loud])
+    assert state.sensors.evidence.variance == pytest.approx(4.0, rel=0.7)
+    rest = [0.0] * 1000
+    _, state = fed(ROBUST, [0.0] * 1400, [*rest, *loud[:400]])
     assert state.sensors.evidence.variance == pytest.approx(4.0, rel=0.7)
