@@ -276,8 +276,10 @@ def _every(recording: Recording) -> int:
     """Return of how many estimates one is scored; of estimates at stamps of their own, each."""
     series, own_ns = recording.series, recording.estimate.stamps_ns
     every = -(-(series.s1.size + series.s2_alone.size) // MOST)
-    are_foreign = own_ns.size > 0 and _among(own_ns[:: every or 1], series.s1_ns).mean() < _MOSTLY
-    return 1 if are_foreign else max(every, 1)
+    if every <= 1:
+        return 1
+    are_foreign = own_ns.size > 0 and _among(own_ns[::every], series.s1_ns).mean() < _MOSTLY
+    return 1 if are_foreign else every
 
 
 def _at(estimate: Track, computed: Track) -> Track:
@@ -288,6 +290,8 @@ def _at(estimate: Track, computed: Track) -> Track:
 
 def _among(stamps_ns: Stamps, of_ns: Stamps) -> Flags:
     """Return which stamps are among others, which rise, shape (n,)."""
+    if of_ns.size == 0:
+        return np.zeros(stamps_ns.size, dtype=bool)
     after = np.minimum(np.searchsorted(of_ns, stamps_ns), of_ns.size - 1)
     found: Flags = of_ns[after] == stamps_ns
     return found
@@ -348,8 +352,10 @@ def _equal(estimate: Track, computed: Track) -> bool:
 
 def _log_at(track: Track, stamps_ns: Stamps) -> Stamps:
     """Return when the samples of some stamps were recorded, 0 where there is none."""
-    after = np.minimum(np.searchsorted(track.stamps_ns, stamps_ns), track.stamps_ns.size - 1)
-    return np.where(track.stamps_ns[after] == stamps_ns, track.log_ns[after], 0)
+    there = _among(stamps_ns, track.stamps_ns)
+    logged = np.zeros(stamps_ns.size, dtype=np.int64)
+    logged[there] = track.log_ns[np.searchsorted(track.stamps_ns, stamps_ns[there])]
+    return logged
 
 
 def _why_none(recording: Recording, estimate: Track) -> str:

@@ -255,13 +255,14 @@ def test_other_triggers_are_scored_too(tmp_path: Path, trigger: str) -> None:
     assert score.matched in range(40, 101)
 
 
-def test_pairs_that_never_come_match_nothing(tmp_path: Path) -> None:
+@pytest.mark.parametrize("estimate", [True, False])
+def test_pairs_that_never_come_match_nothing(estimate: bool, tmp_path: Path) -> None:
     apart = [
         each._replace(time_s=each.time_s + 0.001) if each.topic == "/s1" else each
-        for each in swing(0.5, estimate=False)
+        for each in swing(0.5, estimate=estimate)
     ]
     path = write_scalars(tmp_path / "bag", apart)
-    with pytest.raises(ScoreError, match="matched 0 of 0 estimates"):
+    with pytest.raises(ScoreError, match=f"matched 0 of {50 * estimate} estimates"):
         scored(path, changes={"trigger": "pair"})
 
 
