@@ -95,17 +95,17 @@ class ScalarCodec:
         try:
             excess = len(data) - view.end(data, ORIGIN)
             value = self.function.read(view.numbers(data))
-            stamp_ns = receive_ns
+            stamp_ns, nanoseconds = receive_ns, 0
             if view.stamp_at is not None:
                 seconds, nanoseconds = view.stamp.unpack_from(data, view.stamp_at(data, ORIGIN))
                 stamp_ns = seconds * SECOND_NS + nanoseconds
-                if nanoseconds >= SECOND_NS:
-                    raise StampError(f"a message has {nanoseconds} ns in its timestamp")
         except (struct.error, OverflowError) as error:
             raise MessageError(f"a message is not a {self.type_name}: {error}") from None
         if not 0 <= excess <= self._slack:
             problem = f"{excess} bytes too many" if excess > 0 else f"{-excess} bytes too few"
             raise MessageError(f"a message is not a {self.type_name}: it has {problem}")
+        if nanoseconds >= SECOND_NS:
+            raise StampError(f"a message has {nanoseconds} ns in its timestamp")
         return Sample(stamp_ns, float(value))
 
     def value(self, data: bytes) -> float:

@@ -124,6 +124,16 @@ def test_nanoseconds_of_a_second_or_more_are_marked(world: World, first: int) ->
     assert found.values.tolist() == [[0.0, 1.0, 2.0, 3.0]]
 
 
+def test_a_message_of_the_wrong_size_is_no_layout_whatever_its_stamp(world: World) -> None:
+    reader = ColumnReader([ScalarCodec(world.types, POINT)])
+    for nanoseconds in (2_000_000_000, 5, 5):
+        stamp = {"header.stamp.sec": 1, "header.stamp.nanosec": nanoseconds}
+        add(reader, [(world.data(POINT, stamp) + bytes(100), 0)])
+    found = reader.columns()
+    assert found.lacking.tolist() == [[True, True, True]]
+    assert found.overflows.tolist() == [False, False, False]
+
+
 def test_nanoseconds_are_marked_where_a_name_is_looked_up(world: World) -> None:
     reader = ColumnReader([ScalarCodec(world.types, JOINT_STATE, "name=pole:position")])
     joint = {"name": ["pole"], "position": [1.0]}
