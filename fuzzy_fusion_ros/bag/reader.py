@@ -169,6 +169,21 @@ class BagReader:
                 f"its last is at {seconds_between(self.start_ns, self.end_ns):.3f} s"
             )
 
+    def share(self, start_s: float | None, end_s: float | None) -> float:
+        """Return how much of the bag's time a span covers, 0 to 1.
+
+        Args:
+            start_s: Where it begins, s from the bag's first message; None for there.
+            end_s: Where it ends, s from the bag's first message; None for the last one.
+
+        Raises:
+            BagError: The bag is closed, or a limit is not finite.
+        """
+        _, start_ns, stop_ns = self._span(None, start_s, end_s)
+        first_ns, last_ns = self.start_ns or 0, self.end_ns or 0
+        covered_ns = min(stop_ns, last_ns) - max(start_ns, first_ns)
+        return max(0, covered_ns) / (last_ns - first_ns) if last_ns > first_ns else 1.0
+
     def messages(
         self,
         topics: Collection[str] | None = None,

@@ -177,9 +177,11 @@ def rows_alike(
     Args:
         codec: Reads them.
         data: A buffer that they lie in.
-        at: Where each begins, shape (n,), n at least 1.
+        at: Where each begins, shape (n,).
         sizes: How many bytes each has, shape (n,).
     """
+    if not at.size:
+        return np.empty((0, 0), np.uint8)
     layout = _rows([codec], data[int(at[0]) : int(at[0] + sizes[0])])
     if layout is None:
         return None

@@ -125,6 +125,7 @@ class EstimateMessages:
     Attributes:
         type_name: Their type.
         codecs: Where the estimate of each channel is in them.
+        makes_rows: Whether :meth:`rows` can make them, unless a message stands in its way.
         lacking: Messages made without the estimate of a channel, by its name.
     """
 
@@ -146,6 +147,8 @@ class EstimateMessages:
         self.codecs = {
             name: self._codec(parameters, s2) for name, (parameters, s2) in sources.items()
         }
+        codec, *others = self.codecs.values()
+        self.makes_rows = self._copies_s2 and fills(codec) and not others
         named = {name: each.parameters.variance_field for name, each in sources.items()}
         self._variances = {
             name: Elements(types, self.type_name, [path]) for name, path in named.items() if path
@@ -219,9 +222,9 @@ class EstimateMessages:
             stamps_ns: Their stamps, shape (n,), nanoseconds.
             deviations: Standard deviations of their errors, 0 where not known, shape (n,).
         """
-        (codec, *others), variances = self.codecs.values(), self._variances.values()
-        if others or not fills(codec) or (s2.shape[1] and not self._copies_s2):
+        if not self.makes_rows:
             return None
+        (codec,), variances = self.codecs.values(), self._variances.values()
         rows = s2.copy() if s2.shape[1] else repeated(self._like(b""), len(s2))
         first = rows[0].tobytes()
         try:

@@ -75,8 +75,11 @@ class Bulk:
             estimates: Makes the messages of estimates.
             explanation: Makes those that explain them, if any are wanted.
             outputs: The topics that are written, and their types, the estimate's first.
-            samples: How many samples of S1 there are, as far as that is known.
+            samples: How many samples of S1 there are to be, as far as that is known.
         """
+        self._is_possible = (
+            topics.s1 != topics.s2 and takes_arrays(parameters) and estimates.makes_rows
+        )
         self._topics = topics
         self._parameters = parameters
         self._codecs = codecs
@@ -94,7 +97,7 @@ class Bulk:
             modes: The time in each mode so far.
         """
         parameters, topics = self._parameters, self._topics
-        if topics.s1 == topics.s2 or not takes_arrays(parameters) or not live.is_settled():
+        if not self._is_possible or not live.is_settled():
             return None
         places = {"s1": block.which(topics.s1), "s2": block.which(topics.s2)}
         columns = {role: self._columns(role, block.chosen(at)) for role, at in places.items()}
@@ -106,14 +109,17 @@ class Bulk:
         series = series_of(columns, places, guards, parameters)
         if series is None:
             return None
+        heard = block.chosen(places["s2"])
+        s2_rows = rows_alike(self._codecs["s2"], heard.data, heard.at, heard.sizes)
+        if s2_rows is None:
+            return None
         before = live.standing
         method = fusion(parameters)._replace(state=before.state)
         trace, state = advanced(method, series, compiles=self._compiles)
         is_due = (trace.mode != WAITING) & (trace.stamp_ns > before.estimated_ns)
         due = np.flatnonzero(is_due)
-        heard = block.chosen(places["s2"])
         estimates = trace.rows(is_due)
-        pieces = self._messages(estimates, heard, series.s2_known[due] - 1, before.s2.message)
+        pieces = self._messages(estimates, s2_rows, series.s2_known[due] - 1, before.s2.message)
         if pieces is None:
             return None
         for role, guard in guards.items():
@@ -135,13 +141,13 @@ class Bulk:
         return found._replace(values=found.values[0], lacking=found.lacking[0])
 
     def _messages(
-        self, trace: Trace, heard: Block, newest: Stamps, before: bytes
+        self, trace: Trace, s2_rows: Rows, newest: Stamps, before: bytes
     ) -> list[tuple[str, NDArray[np.int64], Rows]] | None:
         """Return topic, estimates and messages; ``None`` if they must be made one by one.
 
         Args:
             trace: The estimates.
-            heard: The messages of S2.
+            s2_rows: The messages of S2, shape (n, bytes).
             newest: Which of them is the newest at each estimate, -1 for the one before them.
             before: That one, empty if there was none.
         """
@@ -149,10 +155,7 @@ class Bulk:
         old, new = np.flatnonzero(newest < 0), np.flatnonzero(newest >= 0)
         sources = [(old, repeated(before, old.size))] if old.size else []
         if new.size:
-            rows = rows_alike(self._codecs["s2"], heard.data, heard.at, heard.sizes)
-            if rows is None:
-                return None
-            sources.append((new, rows[newest[new]]))
+            sources.append((new, s2_rows[newest[new]]))
         for which, s2 in sources:
             made = self._estimates.rows(
                 s2,

@@ -89,7 +89,9 @@ def replay(
     bag.require_messages_from(start_s)
     if topics.estimate in {topics.s1, topics.s2}:
         raise BagError(f"topic {topics.estimate} cannot be both a sensor and the estimate")
-    station = _Station(bag, topics, parameters, explained=explained)
+    station = _Station(
+        bag, topics, parameters, share=bag.share(start_s, end_s), explained=explained
+    )
     written = {topics.estimate, *explanation_topics(bag, topics.estimate)}
     copied = 0
     with BagWriter(output, bag.types) as writer:
@@ -163,7 +165,13 @@ class _Station:
     """
 
     def __init__(
-        self, bag: BagReader, topics: Topics, parameters: Parameters, *, explained: bool
+        self,
+        bag: BagReader,
+        topics: Topics,
+        parameters: Parameters,
+        *,
+        share: float,
+        explained: bool,
     ) -> None:
         self._bag = bag
         self._topics = topics
@@ -189,7 +197,7 @@ class _Station:
             self._estimates,
             ExplanationRows(bag.types) if explained else None,
             self.outputs,
-            bag.topics[topics.s1].message_count or 0,
+            round(share * (bag.topics[topics.s1].message_count or 0)),
         )
         self._unwritable = 0
         self._obstacle = ""

@@ -147,6 +147,14 @@ def test_a_span_is_half_open_from_the_first_message_of_the_bag(
         assert some == [messages[at] for at in expected if at % 2]
 
 
+def test_a_span_covers_a_share_of_the_bag(tmp_path: Path) -> None:
+    with open_bag(write_bag(tmp_path / "bag", points(401))) as bag:
+        shares = [bag.share(*span) for span in [(None, None), (1, 2), (3, 9), (-1, 1), (5, 6)]]
+    assert shares == [1.0, 0.25, 0.25, 0.25, 0.0]
+    with open_bag(write_bag(tmp_path / "single", points(1))) as bag:
+        assert bag.share(None, None) == 1.0
+
+
 @pytest.mark.parametrize("limit", [float("nan"), float("inf")])
 def test_a_limit_that_is_not_finite_is_refused(tmp_path: Path, limit: float) -> None:
     with open_bag(write_bag(tmp_path / "bag", points(1))) as bag:

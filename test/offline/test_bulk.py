@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bag.making import FLOAT, float_data, write_by_rosbags
+from bag.making import FLOAT, POINT, float_data, write_by_rosbags
 from bag.recorded import Scalar, at, message, messages, swing, write_scalars
 from faults.mutations import MUTATIONS, mutated, original
 from offline.test_clean import ODD
@@ -124,6 +124,51 @@ def test_what_arrays_can_do(both: Both, tmp_path: Path, changes: dict[str, Any])
 def test_what_arrays_cannot_do(both: Both, tmp_path: Path, changes: dict[str, Any]) -> None:
     path = write_scalars(tmp_path / "bag", swing())
     assert "one by one" in both.ways(path, changes, SMALL)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"estimate.type": "sensor_msgs/msg/Temperature"},
+        {"estimate.type": "sensor_msgs/msg/NavSatStatus", "estimate.field": "service"},
+    ],
+    ids=str,
+)
+def test_what_rows_can_never_hold_is_not_read_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, changes: dict[str, Any]
+) -> None:
+    path = write_scalars(tmp_path / "bag", swing(1.0))
+    monkeypatch.delattr(bulk.Bulk, "_columns")
+    assert _replayed(path, tmp_path / "out", replace(Parameters(), changes), {}).estimates > 0
+
+
+def test_messages_of_s2_of_two_layouts_are_not_fused_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write_scalars(tmp_path / "scalars", swing(1.0))
+    with open_bag(path) as bag:
+        frames = [default_message(bag.types, POINT, "x" * k) for k in (1, 9)]
+    with BagWriter(tmp_path / "bag") as writer:
+        for k, each in enumerate(map(message, swing(1.0))):
+            data = each.data
+            if each.topic == "/s2":
+                data = _stamped(POINT, "point.x", frames[k > 50], each.log_ns, 1.0)
+            writer.write(each.topic, each.msgtype, each.log_ns, data)
+    monkeypatch.delattr(bulk, "advanced")
+    assert _replayed(tmp_path / "bag", tmp_path / "out", Parameters(), {}).estimates > 0
+
+
+def test_compiling_has_to_pay_for_the_span(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+    monkeypatch.setattr(bulk, "pays_to_compile", lambda _, samples: asked.append(samples))
+    messages_of_s1 = sum(each.topic == "/s1" for each in swing())
+    path = write_scalars(tmp_path / "bag", swing())
+    for k, span in enumerate([{}, {"start_s": 1.0, "end_s": 2.0}]):
+        _replayed(path, tmp_path / f"out{k}", Parameters(), span)
+    with open_bag(path) as bag:
+        share = bag.share(1.0, 2.0)
+    assert 0.0 < share < 0.5
+    assert asked == [messages_of_s1, round(share * messages_of_s1)]
 
 
 def test_compiled_or_not(both: Both, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
