@@ -179,7 +179,9 @@ def fusion(parameters: Parameters, started_ns: int = 0) -> Method:
     return Method(own.observe_s2, own.update, own.without_s1, given, state, compiles)
 
 
-def run(method: Method, series: Series, *, compile_from: int = 0, every: int = 1) -> Trace:
+def run(
+    method: Method, series: Series, *, compile_from: int = 0, first: int = 0, every: int = 1
+) -> Trace:
     """Run a method over a series, step by step as a node would, from its initial state.
 
     Args:
@@ -187,17 +189,18 @@ def run(method: Method, series: Series, *, compile_from: int = 0, every: int = 1
         series: The samples.
         compile_from: Samples of S1, in this series and those interpreted before it, from which on
             the loop is compiled; the result is the same to the last bit.
-        every: Of so many rows the trace keeps the first, to save memory.
+        first: The first row, one for each sample of S1 and of ``s2_alone``, that the trace keeps.
+        every: Of this many rows from it on the trace keeps one, to save memory.
     """
     so_far = _INTERPRETED[method.update] + series.s1.size
     if so_far < compile_from:
         _INTERPRETED[method.update] = so_far
-    trace, _ = advanced(method, series, compiles=so_far >= compile_from, every=every)
+    trace, _ = advanced(method, series, compiles=so_far >= compile_from, first=first, every=every)
     return trace
 
 
 def advanced(
-    method: Method, series: Series, *, compiles: bool, every: int = 1
+    method: Method, series: Series, *, compiles: bool, first: int = 0, every: int = 1
 ) -> tuple[Trace, State]:
     """Run a method over a part of a series; return what it says, and the state after it.
 
@@ -205,16 +208,17 @@ def advanced(
         method: The method, with the state before the part.
         series: The part.
         compiles: Whether to compile the loop, if the method can be; the result is the same.
+        first: As in :func:`run`.
         every: As in :func:`run`.
     """
-    trace = empty_trace(-(-(series.s1.size + series.s2_alone.size) // every))
+    trace = empty_trace(-(-(series.s1.size + series.s2_alone.size - first) // every))
     if method.compiles and compiles:
         loop = compiled(_run, **_bindings(method))
-        state = loop(method.parameters, taken_by(loop, method.state), series, trace, every)
+        state = loop(method.parameters, taken_by(loop, method.state), series, trace, first, every)
         return trace, given_back(state, method.state)
     plain = Series._make([*(each.tolist() for each in series[:-1]), series.started_ns])
     loop = interpreted(_run, **_bindings(method))
-    return trace, loop(method.parameters, method.state, plain, trace, every)
+    return trace, loop(method.parameters, method.state, plain, trace, first, every)
 
 
 def pays_to_compile(parameters: Parameters, samples: int) -> bool:
@@ -290,7 +294,9 @@ def empty_trace(n: int) -> Trace:
     )
 
 
-def _run(parameters: Any, state: State, series: Series, trace: Trace, every: int) -> State:
+def _run(
+    parameters: Any, state: State, series: Series, trace: Trace, first: int, every: int
+) -> State:
     """Feed a series to ``observe_s2`` and ``update``, ours unless bound to another method's."""
     seen = 0
     alone = 0
@@ -300,15 +306,17 @@ def _run(parameters: Any, state: State, series: Series, trace: Trace, every: int
             state = observe_s2(parameters, state, series.s2_ns[seen], series.s2[seen])
             if alone < len(series.s2_alone) and series.s2_alone[alone] == seen:
                 stamp_ns = series.s2_ns[seen]
-                if (k + alone) % every == 0:
+                row = k + alone - first
+                if row >= 0 and row % every == 0:
                     estimate = without_s1(parameters, state, stamp_ns)
-                    write(trace, (k + alone) // every, stamp_ns, estimate)
+                    write(trace, row // every, stamp_ns, estimate)
                 alone += 1
             seen += 1
         if k < len(series.s1):
             estimate, state = update(parameters, state, series.s1_ns[k], series.s1[k])
-            if (k + alone) % every == 0:
-                write(trace, (k + alone) // every, series.s1_ns[k], estimate)
+            row = k + alone - first
+            if row >= 0 and row % every == 0:
+                write(trace, row // every, series.s1_ns[k], estimate)
     return state
 
 

@@ -37,7 +37,7 @@ BASELINES_WORTH_COMPILING = 100_000
 """As ``WORTH_COMPILING``; one with S2's lag takes 30 to 45 us a sample, and 2 to 8 s to compile."""
 
 MOST = 4_000_000
-"""Of more estimates every second, third, ... is scored, so that a day at 1 kHz fits into memory."""
+"""Of a longer span every second, third, ... estimate is scored: a day at 1 kHz fits into memory."""
 
 MOST_FITTED = 1_000_000
 """Baselines are fitted to no more samples of S1, from the middle of what is scored."""
@@ -56,7 +56,8 @@ class Score(NamedTuple):
     Attributes:
         name: The bag.
         matched: Number n of estimates that could be matched to a truth.
-        of: Number of estimates in the span.
+        of: Number of estimates in the span that are scored.
+        every: Of this many estimates in the span one is scored; 1 scores all.
         span_s: First and last matched time, seconds from the bag's first message.
         unit: Unit of the signal, ``""`` where it is not known.
         recomputed: Whether the bag had no estimate, so that the fusion ran here.
@@ -75,6 +76,7 @@ class Score(NamedTuple):
     name: str
     matched: int
     of: int
+    every: int
     span_s: tuple[float, float]
     unit: str
     recomputed: bool
@@ -91,6 +93,7 @@ class Score(NamedTuple):
         """Return every metric of an estimator by its name."""
         matched = Matched(self.time_s, self.values[estimator], self.truth)
         found = {name: metric.function(matched) for name, metric in METRICS.items()}
+        found["sse"] *= self.every
         if estimator in self.deviations:
             deviation = self.deviations[estimator]
             sure = Matched._make(each[deviation > 0.0] for each in (*matched[:3], deviation))
@@ -112,6 +115,7 @@ class Score(NamedTuple):
         return {
             "matched": self.matched,
             "of": self.of,
+            "every": self.every,
             "span_s": list(self.span_s),
             "unit": self.unit or None,
             "best_baseline": self.best_baseline,
@@ -184,11 +188,13 @@ def score(
     """
     estimate, explanation = recording.estimate, dict(behind or {})
     recomputed = estimate.stamps_ns.size == 0
-    every = _every(recording)
-    trace = _fused(recording.series, parameters, every)
+    first, every = _kept(recording, start_s)
+    trace = _fused(recording.series, parameters, first, every)
     computed, computed_explanation = _computed(recording, trace)
     computed = computed._replace(values=nearest(computed.values, 0.0, recording.period))
-    estimate = computed if recomputed else _at(estimate, computed) if every > 1 else estimate
+    estimate = (
+        computed if recomputed else _at(estimate, computed) if first + every > 1 else estimate
+    )
     if _equal(estimate, computed):
         explanation = {**computed_explanation, **explanation}
     estimate = _from(estimate, recording.start_ns, start_s)
@@ -203,7 +209,10 @@ def score(
         known = explanation.pop(DEVIATION)
         deviations["estimate"] = held(known.stamps_ns, known.values, stamps_ns)
     for name, method in methods(used).items():
-        other = _rising(run(method, series, compile_from=BASELINES_WORTH_COMPILING, every=every))
+        other = run(
+            method, series, compile_from=BASELINES_WORTH_COMPILING, first=first, every=every
+        )
+        other = _rising(other)
         value = np.where(other.mode == WAITING, np.nan, other.value)
         values[name] = held(other.stamp_ns, value, stamps_ns)
         deviations[name] = held(other.stamp_ns, other.standard_deviation, stamps_ns)
@@ -218,6 +227,7 @@ def score(
         name=recording.name,
         matched=int(usable.sum()),
         of=int(usable.size),
+        every=every,
         span_s=(float(log_s[0]), float(log_s[-1])),
         unit=recording.unit,
         recomputed=recomputed,
@@ -272,14 +282,30 @@ def _from(track: Track, first_ns: int, start_s: float | None) -> Track:
     return Track(track.stamps_ns[kept], track.values[kept], track.log_ns[kept])
 
 
-def _every(recording: Recording) -> int:
-    """Return of how many estimates one is scored; of estimates at stamps of their own, each."""
+def _kept(recording: Recording, start_s: float | None) -> tuple[int, int]:
+    """Return the first row of a run that is kept, and of how many from it on one is scored.
+
+    Of no more estimates than ``MOST``, and of estimates at stamps of their own, all are kept.
+    """
     series, own_ns = recording.series, recording.estimate.stamps_ns
-    every = -(-(series.s1.size + series.s2_alone.size) // MOST)
-    if every <= 1:
-        return 1
-    are_foreign = own_ns.size > 0 and _among(own_ns[::every], series.s1_ns).mean() < _MOSTLY
-    return 1 if are_foreign else every
+    rows = series.s1.size + series.s2_alone.size
+    if rows <= MOST:
+        return 0, 1
+    if own_ns.size > 0 and _among(own_ns[:: rows // MOST], series.s1_ns).mean() < _MOSTLY:
+        return 0, 1
+    first = _first_row(recording, start_s)
+    return first, -(-(rows - first) // MOST)
+
+
+def _first_row(recording: Recording, start_s: float | None) -> int:
+    """Return the row of the last sample of S1 that was logged before the span."""
+    series = recording.series
+    before = recording.s1.stamps_ns.size - _from(recording.s1, recording.start_ns, start_s)[0].size
+    if before == 0:
+        return 0
+    newest_ns = recording.s1.stamps_ns[before - 1]
+    k = max(int(np.searchsorted(series.s1_ns, newest_ns, side="right")) - 1, 0)
+    return k + int(np.searchsorted(series.s2_alone, series.s2_known[k]))
 
 
 def _at(estimate: Track, computed: Track) -> Track:
@@ -298,13 +324,13 @@ def _among(stamps_ns: Stamps, of_ns: Stamps) -> Flags:
 
 
 def _thinned(every: int) -> list[str]:
-    return [f"a long recording: one estimate in {every} is scored"] if every > 1 else []
+    return [f"more than {MOST:,} estimates: one in {every} is scored"] if every > 1 else []
 
 
-def _fused(series: Series, parameters: Parameters, every: int) -> Trace:
-    """Return the estimates of the fusion, as a node publishes them; one in ``every``."""
+def _fused(series: Series, parameters: Parameters, first: int, every: int) -> Trace:
+    """Return the estimates of the fusion, as a node publishes them; see :func:`run`."""
     method = fusion(parameters, series.started_ns)
-    trace = run(method, series, compile_from=WORTH_COMPILING, every=every)
+    trace = run(method, series, compile_from=WORTH_COMPILING, first=first, every=every)
     return _rising(trace.rows(trace.mode != WAITING))
 
 

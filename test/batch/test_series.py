@@ -61,7 +61,7 @@ def series_of(recording: signals.Recording) -> Series:
 def interpreted(method: Method, recorded: Series) -> Trace:
     """Run as ``run`` does, one interpreted step after the other."""
     trace = empty_trace(recorded.s1.size)
-    series._run(method.parameters, method.state, recorded, trace, 1)
+    series._run(method.parameters, method.state, recorded, trace, 0, 1)
     return trace
 
 
@@ -134,15 +134,16 @@ def test_a_series_is_stepping_bit_for_bit(variant: str) -> None:
         )
 
 
+@pytest.mark.parametrize("begin", [0, 1, 250])
 @pytest.mark.parametrize("every", [3, 7, 1000])
-def test_a_thinned_trace_is_every_so_many_rows_of_the_whole(every: int) -> None:
+def test_a_thinned_trace_is_every_so_many_rows_of_the_whole(begin: int, every: int) -> None:
     recorded = series_of(signals.irregular(400, seed=5, gap_ns=2 * SECOND))
     alone = np.arange(0, recorded.s2.size, 4)
     recorded = recorded._replace(s2_alone=alone)
     method = fusion(Parameters())
-    whole, thinned = (run(method, recorded, every=each) for each in (1, every))
-    first = np.arange(whole.value.size) % every == 0
-    assert bits(thinned) == bits(whole.rows(first))
+    whole, thinned = run(method, recorded), run(method, recorded, first=begin, every=every)
+    rows = np.arange(whole.value.size) - begin
+    assert bits(thinned) == bits(whole.rows((rows >= 0) & (rows % every == 0)))
 
 
 def test_a_part_of_a_series_is_what_it_holds_there() -> None:

@@ -18,6 +18,7 @@ SCORE = Score(
     name="bag",
     matched=5,
     of=5,
+    every=1,
     span_s=(0.0, 4.0),
     unit="rad",
     recomputed=False,

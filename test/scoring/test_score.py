@@ -80,7 +80,15 @@ def test_the_figures_are_those_of_the_samples(bag: Path) -> None:
 
 def test_the_json_is_as_documented(bag: Path) -> None:
     document = json.loads(json.dumps(scored(bag).as_json(), allow_nan=False))
-    assert list(document) == ["matched", "of", "span_s", "unit", "best_baseline", "estimators"]
+    assert list(document) == [
+        "matched",
+        "of",
+        "every",
+        "span_s",
+        "unit",
+        "best_baseline",
+        "estimators",
+    ]
     assert document["unit"] is None
     assert list(document["estimators"]) == ["estimate", *BASELINES]
     required = {"estimate", "s1", "s2", "average", "complementary", "kalman", "kalman_bias"}
@@ -320,7 +328,9 @@ def test_of_a_long_recording_one_estimate_in_so_many_is_scored(
     whole = scored(bag)
     monkeypatch.setattr(score_module, "MOST", 100)
     thinned = scored(bag)
-    assert thinned.notes == (*whole.notes, "a long recording: one estimate in 5 is scored")
+    assert thinned.notes == (*whole.notes, "more than 100 estimates: one in 5 is scored")
+    assert (whole.as_json()["every"], thinned.as_json()["every"]) == (1, 5)
+    assert thinned.scores("s1")["sse"] == pytest.approx(whole.scores("s1")["sse"], rel=0.05)
     assert 5 * (thinned.matched - 1) <= whole.matched <= 5 * (thinned.matched + 1)
     at = np.isin(whole.time_s.round(6), thinned.time_s.round(6))
     for name, values in thinned.values.items():
@@ -331,6 +341,20 @@ def test_of_a_long_recording_one_estimate_in_so_many_is_scored(
         sorted([*swing(estimate=False), *foreign], key=lambda each: each.time_s),
     )
     assert scored(other).matched > 300
+
+
+@pytest.mark.parametrize("estimate", [True, False])
+def test_a_span_of_a_long_recording_is_thinned_by_its_own_length(
+    estimate: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bag = write_scalars(tmp_path / "bag", swing(estimate=estimate))
+    whole = scored(bag, start_s=4.2)
+    monkeypatch.setattr(score_module, "MOST", 100)
+    kept = scored(bag, start_s=4.2)
+    assert kept.as_json() == whole.as_json()
+    assert kept.notes == whole.notes
+    half = scored(bag, start_s=3.2)
+    assert half.every == 2
 
 
 def test_filters_have_run_from_the_first_message_on_when_a_span_is_scored(bag: Path) -> None:
