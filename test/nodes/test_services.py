@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from nodes.test_channels import POINT, START_NS, STEP_NS, point
 from nodes.watching import OK, Diagnostics, Log
 from std_srvs.srv import SetBool, Trigger
 
@@ -28,6 +29,48 @@ def test_reset_forgets_all(harness: Harness) -> None:
     response = harness.call(Trigger, "/fusion_node/reset", Trigger.Request())
     assert (response.success, response.message) == (True, "state cleared")
     assert ramp(feed) == first  # the same stamps again: they count as new
+
+
+def test_after_a_reset_no_channel_waits_for_another(
+    harness: Harness, diagnostics: Diagnostics
+) -> None:
+    fields = {f"{axis}.{role}.field": f"point.{axis}" for axis in "xy" for role in ("s1", "s2")}
+    node = harness.fusion_node({"channels": ["x", "y"], **fields})
+    s1, s2 = (harness.publisher(topic) for topic in ("/s1", "/s2"))
+    estimates = harness.record("/estimate", POINT)
+    harness.spin_until_matched(s1, s2)
+
+    def send(publisher: Any, stamp_ns: int, values: list[float]) -> None:
+        sensor = node.channels[0].s1 if publisher is s1 else node.channels[0].s2
+        taken = sensor.subscription.received
+        publisher.publish(point(stamp_ns, values))
+        harness.spin_until(lambda: sensor.subscription.received > taken)
+
+    send(s2, START_NS, [1.0, 2.0, 0.0])
+    send(s1, START_NS, [1.0, 2.0, 0.0])
+    harness.spin_until(lambda: len(estimates) == 1)
+    assert harness.call(Trigger, "/fusion_node/reset", Trigger.Request()).success
+    send(s2, START_NS + STEP_NS, [1.0, 3.0, 0.0])
+    send(s1, START_NS + STEP_NS, [1.0, math.nan, 0.0])
+    harness.spin_until(lambda: len(estimates) == 2)
+    assert [each.point.y for each in estimates] == [2.0, 3.0]
+    assert diagnostics.saying("fusion_node: y.fusion", "1 estimates published without this channel")
+
+
+def test_what_is_not_published_lacks_no_channel(harness: Harness, diagnostics: Diagnostics) -> None:
+    fields = {f"{axis}.{role}.field": f"point.{axis}" for axis in "xy" for role in ("s1", "s2")}
+    node = harness.fusion_node({"channels": ["x", "y"], **fields})
+    s1, s2 = (harness.publisher(topic) for topic in ("/s1", "/s2"))
+    harness.spin_until_matched(s1, s2)
+    assert harness.call(SetBool, "/fusion_node/enable", SetBool.Request(data=False)).success
+    for k in range(20):
+        s2.publish(point(START_NS + k * STEP_NS, [1.0, 2.0, 0.0]))
+        s1.publish(point(START_NS + k * STEP_NS, [1.0, math.nan, 0.0]))
+    harness.spin_until(lambda: node.channels[0].s1.subscription.received == 20)
+    diagnostics.next("fusion_node: y.fusion")
+    assert not [
+        each for each in diagnostics.of("fusion_node: y.fusion") if "without" in each.message
+    ]
 
 
 def test_disabled_publishes_nothing_and_enabled_goes_on_at_once(
