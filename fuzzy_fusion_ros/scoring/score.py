@@ -159,6 +159,8 @@ def score_bag(
         recording = read_recording(bag, topics, parameters, None, end_s, progress)
         if start_s is not None and _ends_before(recording, start_s):  # time jumped back before
             recording = read_recording(bag, topics, parameters, start_s, end_s, progress)
+        if topics.channel:
+            recording = _of_channel(recording, topics.channel)
         found = warnings_of(bag, topics, parameters, start_s, end_s)
         recording = recording._replace(notes=(*recording.notes, *found))
         behind = read_explanation(bag, topics, start_s, end_s)
@@ -267,6 +269,24 @@ def _baselines(
         if counted.any():
             return given(series, truth, counted), FITTED
     return baselines_for(series), DERIVED
+
+
+def _of_channel(recording: Recording, channel: str) -> Recording:
+    """Return a recording without estimates that other channels made at stamps of their own.
+
+    A message has S2's value for a channel without an estimate. Estimates none of which is at a
+    stamp of the channel are of another program, and are kept.
+    """
+    series, estimate = recording.series, recording.estimate
+    own = _among(estimate.stamps_ns, np.union1d(series.s1_ns, series.s2_ns[series.s2_alone]))
+    if own.all() or not own.any():
+        return recording
+    note = (
+        f"{np.sum(~own)} estimates are not scored: channel {channel} has none at their stamps, so "
+        "their field is that of S2"
+    )
+    kept = Track(estimate.stamps_ns[own], estimate.values[own], estimate.log_ns[own])
+    return recording._replace(estimate=kept, notes=(*recording.notes, note))
 
 
 def _ends_before(recording: Recording, start_s: float) -> bool:

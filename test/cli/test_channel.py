@@ -6,7 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from nodes.test_channels import TOGETHER, stream, written
+from nodes.test_channels import TOGETHER, stream, without_y, written
 
 from fuzzy_fusion_ros.bag import open_bag
 from fuzzy_fusion_ros.cli import check, explain, replay, score, tune
@@ -62,6 +62,28 @@ def test_score_scores_the_channel_alone(bag: Path, params: Path, tmp_path: Path)
     ]
     x, y = (each.scores("estimate")["rmse"] for each in scores)
     assert 0.0 < x != y > 0.0
+
+
+def test_score_leaves_out_what_the_channel_has_not_estimated(params: Path, tmp_path: Path) -> None:
+    messages = list(without_y("/s1", after=80))
+    truths = [("/truth", at, values) for topic, at, values in messages if topic == "/s2"]
+    source = written(tmp_path / "b", sorted([*messages, *truths], key=lambda each: each[1]))
+    found = {}
+    for name, chosen in (("all", []), ("y", ["--channel", "y"])):
+        output = tmp_path / name
+        given = ["--params", str(params), *chosen, "--output", str(output)]
+        assert replay.main([str(source), *given]) == 0
+        topics = Topics(channel="y", fields={"truth": "point.y"})
+        found[name] = run_score(output, parameters=params, topics=topics, fit_baselines=False)
+    both, alone = found["all"], found["y"]
+    assert 80 < both.of == alone.of < 100
+    assert both.scores("estimate")["rmse"] == alone.scores("estimate")["rmse"]
+    left_out = 300 - 5 - both.of
+    assert (
+        f"{left_out} estimates are not scored: channel y has none at their stamps, so their field "
+        "is that of S2"
+    ) in both.notes
+    assert not any("not scored" in note for note in alone.notes)
 
 
 def test_tune_keeps_the_other_channels(bag: Path, params: Path, tmp_path: Path) -> None:
