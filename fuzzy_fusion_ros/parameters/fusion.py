@@ -215,8 +215,8 @@ class SlowSensorParameters(SensorParameters):
     delay: float = real(0.0, "delay of S2", unit="s", high=1e6)
     outlier_threshold: float = real(
         0.0,
-        "an innovation of S2 counts as at most this many of its standard deviations, unless several "
-        "in a row agree; needs s1.bias_time_constant > 0; 0: off",
+        "an innovation of S2 counts as at most this many of its standard deviations, unless "
+        "several in a row agree; needs s1.bias_time_constant > 0; 0: off",
         high=1e6,
     )
 
