@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
 from fuzzy_fusion_ros.cli.progress import BARS
@@ -77,7 +77,7 @@ def run(
     Raises:
         FusionError: There is one bag only, and it cannot be used; or no scheduler answers.
     """
-    ran = outcomes(task, items, arguments.jobs, arguments.scheduler)
+    ran: Iterator[R | Failure] = outcomes(task, items, arguments.jobs, arguments.scheduler)
     if len(items) > 1 and progress_of(arguments) is SILENT:
         ran = iter(BARS.over(ran, "bags", len(items), " bags"))
     found = list(ran)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 import multiprocessing
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from typing import Any, NamedTuple, TypeVar
@@ -35,8 +35,10 @@ class Failure(NamedTuple):
 
 def outcomes(
     task: Callable[[T], R], items: Sequence[T], jobs: int = 1, scheduler: str | None = None
-) -> Iterator[R | Failure]:
+) -> Generator[R | Failure, None, None]:
     """Run a task for each of several items; yield the outcomes in their order.
+
+    Closing the generator early drops the tasks that have not begun.
 
     Args:
         task: What to do; for another process it and the items must be picklable.
@@ -72,7 +74,10 @@ def _guarded(task: Callable[[T], R], item: T) -> R | Failure:
 def _processes(jobs: int) -> Iterator[Executor]:
     context = multiprocessing.get_context("spawn")  # a fork would copy locks of running threads
     with ProcessPoolExecutor(jobs, mp_context=context) as executor:
-        yield executor
+        try:
+            yield executor
+        finally:
+            executor.shutdown(cancel_futures=True)
 
 
 @contextmanager

@@ -19,6 +19,7 @@ from faults.waiting import wait_until
 from jobs.fleet_tasks import gated, square
 
 from fuzzy_fusion_ros.cli.score import main as score
+from fuzzy_fusion_ros.jobs import fleet
 from fuzzy_fusion_ros.jobs.fleet import Failure, outcomes
 from fuzzy_fusion_ros.parameters.errors import FusionError
 
@@ -139,3 +140,9 @@ def test_no_scheduler_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fuzzy_fusion_ros.jobs.fleet.PATIENCE", 0.5)
     with pytest.raises(FusionError, match="no Dask scheduler answers at"):
         list(outcomes(square, [1, 2], scheduler="tcp://127.0.0.1:9"))
+
+
+def test_what_has_not_begun_is_dropped_once_the_outcomes_are_not_wanted() -> None:
+    with fleet._processes(1) as executor:
+        futures = [executor.submit(square, 2) for _ in range(50)]
+    assert futures[-1].cancelled()
