@@ -26,6 +26,11 @@ if TYPE_CHECKING:
 
 OUTPUT = "tuned.yaml"
 
+NO_NUMBA = (
+    "without numba this takes about 100 times as long; install it with the extra `speed`: "
+    "pip install '.[speed]'"
+)
+
 
 @command("tune")
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -37,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     options.require_results(given, *given.bag, given.params, more=[given.output])
     if not can_compile():
-        say("tune", "numba is not installed, which makes this about 100 times slower: install it")
+        say("tune", NO_NUMBA)
     result = tune(
         fleet.bags_of(given),
         given.output,
@@ -60,10 +65,12 @@ def _report(result: TuneResult, given: argparse.Namespace) -> None:
 
     tuned, unit = result.tuned, result.unit
     names = result.names
-    odd = report.recording_notes(tuned, unit)
-    for each, own in zip(result.recordings, odd, strict=True):
-        for note in (*each.notes, *own):
+    odd = report.recording_notes(tuned, unit, len(result.first_of_bags) == 1)
+    for name, each, own in zip(names, result.recordings, odd, strict=True):
+        for note in each.notes:
             say("tune", f"{each.name}: {note}")
+        for note in own:
+            say("tune", f"{name}: {note}")
     parts = [report.described(tuned.sensors, unit), report.candidate_lines(tuned, unit)]
     if names[1:]:
         parts.append(report.recording_lines(tuned, unit, names))
@@ -92,8 +99,16 @@ def _write_reports(result: TuneResult, path: str) -> None:
 
     text, unit = result.text(), result.unit
     for k, target in _files(result, path):
-        tuned, each = result.tuned.on(k), result.recordings[k]
-        write_page(tune_page(tuned, each.series, unit, each.name, result.origin, text), target)
+        page = tune_page(
+            result.tuned.on(k),
+            result.recordings[k].series,
+            unit,
+            result.names[k],
+            result.origin,
+            text,
+            of_several=len(result.recordings) > 1,
+        )
+        write_page(page, target)
 
 
 def _files(result: TuneResult, path: str) -> Iterator[tuple[int, Path]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import NamedTuple
 
@@ -33,6 +34,7 @@ from fuzzy_fusion_ros.tuning import Trial, Tuned
 from fuzzy_fusion_ros.tuning import tune_to as fit
 from fuzzy_fusion_ros.tuning.reference import in_gaps
 from fuzzy_fusion_ros.tuning.report import comments
+from fuzzy_fusion_ros.tuning.tune import why_unusable
 
 _NAMED = 5
 """Most bags that are named one by one."""
@@ -81,7 +83,7 @@ class TuneResult(NamedTuple):
     def _named(self, bags: Sequence[str]) -> list[str]:
         paths = [each.name for each in self.recordings]
         return [
-            f"{name}, {paths[: k + 1].count(path)} of {paths.count(path)}"
+            f"{name}, excerpt {paths[: k + 1].count(path)} of {paths.count(path)}"
             if paths.count(path) > 1
             else name
             for k, (name, path) in enumerate(zip(bags, paths, strict=True))
@@ -171,10 +173,11 @@ def tune(
         progress=progress if jobs == 1 or len(bags) == 1 else SILENT,
     )
     read = []
-    for each in outcomes(task, bags, jobs):
-        if isinstance(each, Failure):
-            raise FusionError(each.reason)
-        read.append(each)
+    with closing(outcomes(task, bags, jobs)) as found:
+        for each in found:
+            if isinstance(each, Failure):
+                raise FusionError(each.reason)
+            read.append(each)
     _require_same_types(read)
     if use_truth:
         _require_truth_in_all_or_none(read)
@@ -227,7 +230,38 @@ def _read(
         recording = recording._replace(truth=Track._make(each[:0] for each in recording.truth))
     known = recording.truth.stamps_ns.size > 0
     parts = excerpts(recording)
-    return _Read(parts, [_truth(each) if known else None for each in parts], base)
+    truths = [_truth(each) if known else None for each in parts]
+    if len(parts) > 1:
+        parts, truths = _usable(parts, truths, int(recording.series.s1_ns[0]))
+    return _Read(parts, truths, base)
+
+
+def _usable(
+    parts: Sequence[Recording], truths: Sequence[Reals | None], first_ns: int
+) -> tuple[list[Recording], list[Reals | None]]:
+    """Leave out excerpts to which nothing can be fitted, such as those in a gap of the truth.
+
+    Args:
+        parts: The excerpts.
+        truths: The truth in each, if there is one.
+        first_ns: Stamp of the first sample of S1 in the whole recording.
+
+    Raises:
+        FusionError: That is all of them.
+    """
+    kept, notes, why = [], list(parts[0].notes), ""
+    for part, truth in zip(parts, truths, strict=True):
+        why = why_unusable(Trial(part.series, truth))
+        if why:
+            begin, end = (part.series.s1_ns[[0, -1]] - first_ns) * 1e-9
+            notes.append(f"the excerpt from {begin:.0f} s to {end:.0f} s is left out: {why}")
+        else:
+            kept.append((part, truth))
+    if not kept:
+        raise FusionError(f"{parts[0].name}: nothing can be fitted to any excerpt: {why}")
+    recordings = [part for part, _ in kept]
+    recordings[0] = recordings[0]._replace(notes=tuple(notes))
+    return recordings, [truth for _, truth in kept]
 
 
 def _require_same_types(read: Sequence[_Read]) -> None:
@@ -257,7 +291,7 @@ def _require_truth_in_all_or_none(read: Sequence[_Read]) -> None:
     if without and len(without) < len(read):
         raise FusionError(
             f"{without[0]} has no truth, and other bags have one: leave it out, or ignore the "
-            "truth of all by --no-truth"
+            "truth of all bags with --no-truth"
         )
 
 

@@ -30,16 +30,26 @@ from fuzzy_fusion_ros.tuning import Tuned
 from fuzzy_fusion_ros.tuning.report import candidates, described, error_title, outcome
 
 
-def tune_page(tuned: Tuned, series: Series, unit: str, name: str, origin: str, source: str) -> Page:
+def tune_page(
+    tuned: Tuned,
+    series: Series,
+    unit: str,
+    name: str,
+    origin: str,
+    source: str,
+    of_several: bool = False,
+) -> Page:
     """Return the page of a fit.
 
     Args:
         tuned: The fit.
-        series: What it was made to.
+        series: What it was made to, or one of several recordings.
         unit: Unit of the signal, ``""`` where it is not known.
-        name: The bag.
+        name: The bag, or which excerpt of it the series is.
         origin: Bag, span and seed, in words.
         source: The parameters as a file.
+        of_several: Whether the fit was made to several recordings, and so the errors of candidates
+            are over all of them.
     """
     series = series.at_s1()
     before, after = (_trace(each, series) for each in (tuned.before, tuned.parameters))
@@ -57,11 +67,12 @@ def tune_page(tuned: Tuned, series: Series, unit: str, name: str, origin: str, s
         behind[DEVIATION] = after.standard_deviation
     behind |= zip(RULES, shares(after.strengths.T), strict=True)
     rows = candidates(tuned)
+    title = f"{error_title(tuned, unit)}{', all recordings' if of_several else ''}"
     return Page(
         title=f"fit to {visible(Path(name).name)}",
         lead=f"{origin}. {outcome(tuned, unit)}",
         notes=(),
-        tables=[Table(error_title(tuned, unit), rows[:1], rows[1:])],
+        tables=[Table(title, rows[:1], rows[1:])],
         facts=described(tuned.sensors, unit),
         modes=shares_of(*(each[fused].tolist() for each in (after.mode, after.stamp_ns))),
         time_s=seconds(series)[0],

@@ -119,20 +119,21 @@ def recording_rows(tuned: Tuned, names: Sequence[str]) -> list[tuple[str, ...]]:
     return rows
 
 
-def recording_notes(tuned: Tuned, unit: str) -> list[list[str]]:
+def recording_notes(tuned: Tuned, unit: str, of_one_bag: bool = False) -> list[list[str]]:
     """Return for each recording what is wrong with it, or with the fit on it, one line each.
 
     Args:
         tuned: The result of tuning.
         unit: Unit of the signal, ``""`` where it is not known.
+        of_one_bag: Whether all recordings are excerpts of one bag, and so of the same sensors.
     """
     u = f" {unit}" if unit else ""
+    others, question = "recordings", "; are they of the same sensors?"
+    if of_one_bag:
+        others, question = "excerpts", ""
     notes = []
     for each in tuned.recordings:
-        own = [
-            f"unlike the other bags: {text}; are they of the same sensors?"
-            for text in each.oddities
-        ]
+        own = [f"unlike the other {others}: {text}{question}" for text in each.oddities]
         alone = min(("s1", "s2"), key=each.baseline_errors.__getitem__)
         if len(tuned.recordings) > 1 and each.error > WORSE * each.baseline_errors[alone]:
             own.append(

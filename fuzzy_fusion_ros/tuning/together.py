@@ -21,6 +21,8 @@ OTHER_NOISE = 5.0
 OTHER_LAG = 2.0
 """So does its lag, unless the difference is less than an interval of S2."""
 
+_OTHERS = "in the other recordings"
+
 _MEDIANS = (
     "s1_interval",
     "s2_interval",
@@ -78,19 +80,19 @@ def oddities(sensors: Characteristics, usual: Characteristics) -> Iterator[str]:
         ("S2", sensors.s2_interval, usual.s2_interval),
     ):
         if _differ(own, others, OTHER_RATE):
-            yield f"{name} has {1.0 / own:.3g} Hz, elsewhere {1.0 / others:.3g} Hz"
+            yield f"{name} runs at {1.0 / own:.3g} Hz, {_OTHERS} at {1.0 / others:.3g} Hz"
     if _differ(sensors.s1_noise, usual.s1_noise, OTHER_NOISE):
-        yield f"S1's noise is {sensors.s1_noise:.2g}, elsewhere {usual.s1_noise:.2g}"
+        yield f"S1's noise is {sensors.s1_noise:.2g}, {_OTHERS} {usual.s1_noise:.2g}"
     own_lag, lag = sensors.lag, usual.lag
     if not sensors.related and usual.related:
-        yield f"S1 and S2 have nothing in common there (correlation {own_lag.correlation:.2f})"
+        yield f"S1 and S2 do not correlate in it (correlation {own_lag.correlation:.2f})"
     elif (
         min(own_lag.correlation, lag.correlation) >= TRUSTED
         and not sensors.moves_one_way
         and abs(own_lag.total - lag.total) > usual.s2_interval
         and _differ(own_lag.total, lag.total, OTHER_LAG)
     ):
-        yield f"S2 lags {own_lag.total:.2g} s behind S1, elsewhere {lag.total:.2g} s"
+        yield f"S2 lags {own_lag.total:.2g} s behind S1, {_OTHERS} {lag.total:.2g} s"
 
 
 def _correlation(sensors: Characteristics) -> float:

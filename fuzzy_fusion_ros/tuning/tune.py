@@ -261,6 +261,19 @@ def tune_to(
     )
 
 
+def why_unusable(trial: Trial) -> str:
+    """Return why nothing can be fitted to a recording, in words; empty where that is possible.
+
+    Args:
+        trial: The recording.
+    """
+    try:
+        _begun(trial)
+    except TuneError as error:
+        return str(error)
+    return ""
+
+
 class _Begun(NamedTuple):
     """A recording, characterised, and what to fit to."""
 

@@ -36,9 +36,15 @@ def bag(tmp_path: Path) -> Path:
 
 
 def write_bag(
-    path: Path, *, truth: bool = True, s2: str = "/s2", seed: int = 0, rate: float = 25.0
+    path: Path,
+    *,
+    truth: bool = True,
+    gap_s: tuple[float, float] = (0.0, 0.0),
+    s2: str = "/s2",
+    seed: int = 0,
+    rate: float = 25.0,
 ) -> Path:
-    """Write a recording as a bag."""
+    """Write a recording as a bag, whose truth has a gap."""
     series, true = made(Sensors(bias=0.4, noise=0.1), seed, seconds=20.0, rate=rate)
     scalars = [
         Scalar(topic, (stamp_ns - START_NS) * 1e-9, value)
@@ -48,7 +54,7 @@ def write_bag(
             ("/s1", series.s1_ns, series.s1),
         )
         for stamp_ns, value in zip(stamps_ns.tolist(), values.tolist(), strict=True)
-        if truth or topic != "/truth"
+        if topic != "/truth" or (truth and not gap_s[0] < (stamp_ns - START_NS) * 1e-9 < gap_s[1])
     ]
     return write_scalars(path, sorted(scalars, key=lambda each: each.time_s))
 
@@ -218,18 +224,38 @@ def test_one_set_of_parameters_is_fitted_to_several_bags(
 def test_a_long_bag_is_fitted_to_in_excerpts(
     bag: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for name, value in (("MOST", 300), ("EXCERPTS", 2), ("FEWEST_S2", 30)):
+    for name, value in (("MOST", 300), ("EXCERPTS", 2), ("FEWEST_S2", 20)):
         monkeypatch.setattr(excerpts, name, value)
-    files = {"--json": "a.json", "--plot": "a.png", "--output": "a.yaml"}
+    files = {"--json": "a.json", "--plot": "a.png", "--report": "a.html", "--output": "a.yaml"}
     options = [text for name, file in files.items() for text in (name, str(tmp_path / file))]
     assert main([str(bag), *options]) == 0
     out, said = capsys.readouterr()
-    assert said.startswith(f"tune: {bag}: 500 samples of S1: the fit is to 2 excerpts of 152")
+    assert said.startswith(f"tune: {bag}: 500 samples of S1: the fit is to 2 excerpts of 150")
     document = json.loads((tmp_path / "a.json").read_text())
-    assert list(document["recordings"]) == [f"{bag}, 1 of 2", f"{bag}, 2 of 2"]
-    assert "bag, 2 of 2" in out
+    assert list(document["recordings"]) == [f"{bag}, excerpt {k} of 2" for k in (1, 2)]
+    assert "bag, excerpt 2 of 2" in out
+    page = (tmp_path / "a.html").read_text()
+    assert "<title>fit to bag, excerpt 1 of 2</title>" in page
+    assert "against the truth, all recordings" in page
     assert (tmp_path / "a.png").exists()
     assert (tmp_path / "a.yaml").read_text().startswith("# Made by tune from bag, --seed 0")
+
+
+def test_excerpts_that_cannot_be_fitted_to_are_left_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, value in (("MOST", 300), ("EXCERPTS", 2), ("FEWEST_S2", 20)):
+        monkeypatch.setattr(excerpts, name, value)
+    output = ["--output", str(tmp_path / "a.yaml")]
+    half = write_bag(tmp_path / "half", gap_s=(0.5, 10.0))
+    assert main([str(half), *output]) == 0
+    said = capsys.readouterr().err.splitlines()
+    left_out = f"tune: {half}: the excerpt from 0 s to 6 s is left out: got 8 samples of S1"
+    assert said[1].startswith(left_out)
+    assert len(said) == 2
+    none = write_bag(tmp_path / "none", gap_s=(0.5, 19.5))
+    assert main([str(none), *output]) == 2
+    assert "nothing can be fitted to any excerpt: got " in capsys.readouterr().err
 
 
 def test_a_bag_of_other_sensors_is_named(
@@ -239,8 +265,8 @@ def test_a_bag_of_other_sensors_is_named(
     assert main([*bags, odd, "--output", str(tmp_path / "a.yaml"), "--no-truth"]) == 0
     said = capsys.readouterr().err.splitlines()
     assert said[:1] == [
-        f"tune: {odd}: unlike the other bags: S1 has 50 Hz, elsewhere 25 Hz; are they of the same "
-        "sensors?"
+        f"tune: {odd}: unlike the other recordings: S1 runs at 50 Hz, in the other recordings at "
+        "25 Hz; are they of the same sensors?"
     ]
     assert not [line for line in said if not line.startswith(f"tune: {odd}: ")]
 
@@ -288,4 +314,4 @@ def test_slowness_is_explained(
 ) -> None:
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert main([str(bag), "--output", str(tmp_path / "a.yaml")]) == 0
-    assert "numba is not installed" in capsys.readouterr().err
+    assert "without numba this takes" in capsys.readouterr().err

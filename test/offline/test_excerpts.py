@@ -37,7 +37,7 @@ def test_a_short_recording_is_taken_whole(recording: Recording) -> None:
 def test_excerpts_are_spread_and_hold_what_the_recording_holds_there(recording: Recording) -> None:
     found = excerpts(recording)
     whole, held = recording.series, held_s2(recording.series)
-    assert [each.series.s1.size for each in found] == [120] * 4  # 12 of S2, not a quarter of 400
+    assert [each.series.s1.size for each in found] == [120] * 3  # 12 of S2, and no more than 400
     at = [int(np.searchsorted(whole.s1_ns, each.series.s1_ns[0])) for each in found]
     assert at[0] == 0
     assert at[-1] == pytest.approx(2000 - 120, abs=1)
@@ -53,7 +53,7 @@ def test_excerpts_are_spread_and_hold_what_the_recording_holds_there(recording: 
         assert own.s1_ns[-1] <= each.truth.stamps_ns[-1]
         assert each.truth.stamps_ns.size <= 122
         assert own.s1.base is None
-    assert "2,000 samples of S1: the fit is to 4 excerpts of 120" in found[0].notes[-1]
+    assert "2,000 samples of S1: the fit is to 3 excerpts of 120" in found[0].notes[-1]
     assert not any(each.notes for each in found[1:])
 
 
@@ -63,6 +63,18 @@ def test_excerpts_are_where_the_truth_is(recording: Recording) -> None:
     for each in excerpts(late):
         assert late.truth.stamps_ns[0] <= each.series.s1_ns[0]
         assert each.series.s1_ns[-1] <= late.truth.stamps_ns[-1]
-    short = recording._replace(truth=type(track)._make(each[:300] for each in track))
-    (whole,) = excerpts(short)
-    assert whole is short
+    short = recording._replace(truth=type(track)._make(each[200:500] for each in track))
+    (span,) = excerpts(short)
+    assert span.series.s1.size == pytest.approx(300, abs=2)
+    assert span.series.s1_ns[0] == pytest.approx(short.truth.stamps_ns[0], abs=2e7)
+    assert "the fit is to 299 of them" in span.notes[-1]
+    none = recording._replace(truth=type(track)._make(each[:1] for each in track))
+    assert excerpts(none) == [none]
+
+
+def test_excerpts_of_a_slow_s2_are_fewer(
+    recording: Recording, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "FEWEST_S2", 1000)
+    (one,) = excerpts(recording)
+    assert one.series.s1.size == 400

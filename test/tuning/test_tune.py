@@ -374,13 +374,13 @@ def test_a_recording_of_other_sensors_is_named(recording: Made) -> None:
     assert typically.span == pytest.approx(2.0 * usual.span + quick.span)
     assert list(oddities(usual, typically)) == []
     assert list(oddities(quick, typically)) == [
-        "S1 has 50 Hz, elsewhere 25 Hz",
-        "S2 has 10 Hz, elsewhere 5 Hz",
+        "S1 runs at 50 Hz, in the other recordings at 25 Hz",
+        "S2 runs at 10 Hz, in the other recordings at 5 Hz",
     ]
     assert "S1's noise is" in "".join(oddities(noisy, typically))
     assert "S2 lags" in "".join(oddities(late, typically))
     unrelated = strange._replace(lag=strange.lag._replace(correlation=0.1), chance=0.3)
-    assert "nothing in common" in "".join(oddities(unrelated, typically))
+    assert "do not correlate in it" in "".join(oddities(unrelated, typically))
 
 
 def test_the_recording_that_is_too_short_is_named(recording: Made) -> None:
