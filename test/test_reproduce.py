@@ -19,6 +19,8 @@ from fuzzy_fusion_ros.paper.methods import METHODS
 from fuzzy_fusion_ros.paper.sweep import SWEEPS, points_of
 from fuzzy_fusion_ros.paper.tables import FIGURES
 
+pytestmark = pytest.mark.xdist_group("reproduce")
+
 SEEDS = 3
 
 HOLD = {
