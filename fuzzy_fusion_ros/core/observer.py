@@ -57,7 +57,11 @@ from fuzzy_fusion_ros.core.model import (
     shown_on,
 )
 from fuzzy_fusion_ros.core.numerics import bounded, clamped, seconds_between
-from fuzzy_fusion_ros.parameters.fusion import AggregatorParameters, Parameters
+from fuzzy_fusion_ros.parameters.fusion import (
+    AggregatorParameters,
+    Parameters,
+    SlowSensorParameters,
+)
 
 UNKNOWN = 1e4
 """Standard deviation of a bias of which nothing is known, in those of S2's noise; no deviation
@@ -298,20 +302,14 @@ def believe(
             s1 = FastSensor(s1.samples, s1.stamp_ns, s1.interval, stepped_to(s1.smooth.newest, 0.0))
             strengths = rule_strengths(parameters.aggregator, innovation, s2)
             noise = noise_variance(parameters.aggregator, strengths)
-    outliers, counted = 0, innovation
-    if parameters.s2.outlier_threshold > 0.0:
-        least = parameters.s2.noise * parameters.s2.noise
-        scatter = max(usual, least) if usual > 0.0 else 0.0
-        limit = parameters.s2.outlier_threshold * math.sqrt(scatter * (p.m22 + noise))
-        outliers = outliers_with(kept, innovation, limit)
-        if outliers > 0 and kept.held_back >= LONGEST and not least > 0.0:
-            outliers = LASTING
-        if 0 < outliers < LASTING:
-            counted = clamped(innovation, -limit, limit)
-            strengths = rule_strengths(parameters.aggregator, counted, s2)
-            noise = noise_variance(parameters.aggregator, strengths)
-            noise += (p.m22 + noise) * (abs(innovation) / limit - 1.0)
-            usual = 0.0
+    limit = outlier_limit(parameters.s2, usual, p.m22 + noise)
+    outliers, counted = outliers_with(kept, innovation, limit, parameters.s2.noise), innovation
+    if 0 < outliers < LASTING:
+        counted = clamped(innovation, -limit, limit)
+        strengths = rule_strengths(parameters.aggregator, counted, s2)
+        noise = noise_variance(parameters.aggregator, strengths)
+        noise += (p.m22 + noise) * (abs(innovation) / limit - 1.0)
+        usual = 0.0
     p = raised(p, doubt(parameters, strengths, counted))
     k = gain(p, noise)
     states = corrected_states(kept.states, shown, k, innovation)
@@ -343,7 +341,21 @@ def believe(
     )
 
 
-def outliers_with(kept: Belief, innovation: float, limit: float) -> int:
+def outlier_limit(parameters: SlowSensorParameters, usual: float, variance: float) -> float:
+    """Return how far an innovation of S2 may be from 0; 0 if it may be any distance.
+
+    Args:
+        parameters: Of S2.
+        usual: As for :func:`believe`; S2's noise, where it is known, counts if it is larger.
+        variance: Expected square of the innovation, in units of S2's noise variance.
+    """
+    if parameters.outlier_threshold <= 0.0 or usual <= 0.0:
+        return 0.0
+    scatter = max(usual, parameters.noise * parameters.noise)
+    return parameters.outlier_threshold * math.sqrt(scatter * variance)
+
+
+def outliers_with(kept: Belief, innovation: float, limit: float, noise: float) -> int:
     """Return how many consecutive outliers of S2 agree, with its newest sample; 0 if it is none.
 
     The first of them agree within the limit. From ``LASTING`` on they are a step of S2, which
@@ -352,10 +364,13 @@ def outliers_with(kept: Belief, innovation: float, limit: float) -> int:
     Args:
         kept: The belief before the sample.
         innovation: Its innovation.
-        limit: How far an innovation may be from 0; 0 where nothing is known of them.
+        limit: As from :func:`outlier_limit`.
+        noise: Of S2, unit of the signal; 0 where it is not known.
     """
     if not abs(innovation) > limit > 0.0:
         return 0
+    if kept.held_back >= LONGEST and noise <= 0.0:
+        return LASTING
     if kept.outliers >= LASTING:
         agrees = innovation * kept.innovation > 0.0
         agrees = agrees and abs(innovation) <= abs(kept.innovation) + limit

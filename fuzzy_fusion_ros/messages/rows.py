@@ -21,7 +21,7 @@ _END_OF_STAMPS = 2**31 * SECOND_NS
 
 
 def repeated(message: bytes, times: int) -> Rows:
-    """Return a message as so many rows."""
+    """Return a message repeated as rows."""
     return np.tile(np.frombuffer(message, np.uint8), (times, 1))
 
 

@@ -86,7 +86,6 @@ class BagFusion:
     Attributes:
         fusion: The fusion.
         codecs: Read S1 and S2, by role.
-        s2_codec: Reads S2.
         unit: Unit of the signal, ``""`` where neither a parameter nor a type states it.
     """
 
@@ -98,9 +97,8 @@ class BagFusion:
             ParameterError: The units of S1 and S2 differ.
         """
         self._topics = topics
-        self.codecs = codecs = codecs_of(bag, topics, parameters, ("s1", "s2"))
-        self._s1_codec, self.s2_codec = codecs["s1"], codecs["s2"]
-        self.unit = signal_unit(self._s1_codec, self.s2_codec, parameters)
+        self.codecs = codecs_of(bag, topics, parameters, ("s1", "s2"))
+        self.unit = signal_unit(self.codecs["s1"], self.codecs["s2"], parameters)
         self.fusion = Fusion(parameters)
         self._ticks = Ticks(parameters)
 
@@ -120,7 +118,7 @@ class BagFusion:
     def notes(self) -> list[str]:
         """Return what was dropped and why, one line each; no message may follow."""
         self.fusion.finish()
-        notes = unstamped(self._topics, {"s1": self._s1_codec, "s2": self.s2_codec})
+        notes = unstamped(self._topics, self.codecs)
         notes += count_drops(self._topics.s1, self.fusion.s1)
         notes += count_drops(self._topics.s2, self.fusion.s2)
         notes += filter(None, [self.fusion.clock_problem()])
@@ -128,14 +126,14 @@ class BagFusion:
 
     def _on_s1(self, message: BagMessage) -> Verdict:
         try:
-            sample = self._s1_codec.sample(message.data, message.log_ns)
+            sample = self.codecs["s1"].sample(message.data, message.log_ns)
         except MessageError as error:
             return _unread(self.fusion.s1, error)
         return self.fusion.on_s1(sample, message.log_ns)
 
     def _on_s2(self, message: BagMessage) -> Verdict:
         try:
-            stamp_ns, value, _ = self.s2_codec.sample(message.data, message.log_ns)
+            stamp_ns, value, _ = self.codecs["s2"].sample(message.data, message.log_ns)
         except MessageError as error:
             return _unread(self.fusion.s2, error)
         return self.fusion.on_s2(Sample(stamp_ns, value, message.data), message.log_ns)

@@ -182,7 +182,7 @@ class _Station:
         own = parameters.by_channel()
         self._estimates = EstimateMessages(
             bag.types,
-            {name: EstimateSource(own[name].estimate, channels[name].s2_codec) for name in own},
+            {name: EstimateSource(own[name].estimate, channels[name].codecs["s2"]) for name in own},
         )
         self._prefixes = {name: explanation_prefix(topics.estimate, name) for name in channels}
         self.outputs = {topics.estimate: self._estimates.type_name}
