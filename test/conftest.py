@@ -35,22 +35,29 @@ settings.load_profile("quick")
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Order the tests for several workers; refuse one that is slow for no reason.
 
-    Whole programs come first, so that none of these long tests is left to one worker in the end.
-    Tests of a module whose fixtures they share run in one worker, which makes these once.
+    Tests of a module whose fixtures they share run in one worker, which makes these once. Such
+    modules come before single tests, and whole programs before all: none of what takes long is
+    left to one worker in the end.
 
     Raises:
         UsageError: A test is slow for no reason.
     """
-    items.sort(key=lambda item: item.path.parent != HERE)
     for item in items:
         if _shares_fixtures(item) and item.get_closest_marker("xdist_group") is None:
-            item.add_marker(pytest.mark.xdist_group(str(item.path)))
+            group = str(item.path.relative_to(HERE.parent))
+            item.add_marker(pytest.mark.xdist_group(group))
         for mark in item.iter_markers("slow"):
             if not (len(mark.args) == 1 and isinstance(mark.args[0], str)):
                 raise pytest.UsageError(f"{item.nodeid}: say why, as in slow('five more builds')")
+    items.sort(key=lambda item: (item.path.parent != HERE, not _is_grouped(item)))
+
+
+def _is_grouped(item: pytest.Item) -> bool:
+    return item.get_closest_marker("xdist_group") is not None
 
 
 def _shares_fixtures(item: pytest.Item) -> bool:
