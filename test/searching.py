@@ -11,6 +11,9 @@ USUAL = 100
 QUICK = 0.25
 """Share of them in a quick run."""
 
+FEWEST = 10
+"""A quick run tries this many, or all that a test asks for if those are fewer."""
+
 
 def examples(count: int) -> settings:
     """Return settings for a number of examples in a thorough run, and a share of it in a quick one.
@@ -18,4 +21,5 @@ def examples(count: int) -> settings:
     Args:
         count: In a thorough run.
     """
-    return settings(max_examples=max(1, count * settings().max_examples // USUAL))
+    share = count * settings().max_examples // USUAL
+    return settings(max_examples=max(min(count, FEWEST), share))
