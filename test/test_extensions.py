@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The method compiled ahead of time: built where it is asked for, with the same bits as its source.
 
-A build of the whole method takes a minute, so all of this is slow.
+Tests that compile the whole method are slow, since that takes a minute.
 """
 
 from __future__ import annotations
@@ -17,10 +17,9 @@ from building import inherited_environment, run
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = "fuzzy_fusion_ros"
 
-pytestmark = [
-    pytest.mark.slow("compiles the method to C"),
-    pytest.mark.xdist_group("extensions"),
-]
+pytestmark = pytest.mark.xdist_group("extensions")
+
+compiles = pytest.mark.slow("compiles the method to C")
 
 
 def make_wheel(folder: Path, asked: str) -> Path:
@@ -52,6 +51,7 @@ def say(folder: Path, *command: str | Path) -> str:
     return run(sys.executable, *command, cwd=folder, environment=environment).stdout
 
 
+@compiles
 def test_the_whole_method_is_compiled_and_its_source_is_beside_it(extensions: Path) -> None:
     core = extensions / PACKAGE / "core"
     sources = {path.stem for path in core.glob("[a-z]*.py")}
@@ -60,6 +60,7 @@ def test_the_whole_method_is_compiled_and_its_source_is_beside_it(extensions: Pa
     assert say(extensions, "-c", place).startswith(str(core))
 
 
+@compiles
 def test_compiled_it_says_the_same_to_the_last_bit(extensions: Path) -> None:
     walks = ROOT / "test" / "core" / "random_walks.py"
     compiled = say(extensions, walks).splitlines()
@@ -83,6 +84,7 @@ for k in range(100):
 """
 
 
+@compiles
 def test_numba_compiles_from_the_sources(extensions: Path) -> None:
     assert say(extensions, "-c", TWINS) == "True False\n"
 
@@ -102,6 +104,7 @@ print(run.survived, run.truth.tolist())
 """
 
 
+@compiles
 def test_a_loop_over_arrays_takes_it(extensions: Path) -> None:
     assert say(extensions, "-c", LOOP) == say(ROOT, "-c", LOOP)
 

@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import itertools
 import random
 from collections import Counter
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -29,17 +31,23 @@ def injected(fault: str, sensor: str, every: int, samples: int, seed: int) -> In
     return FAULTS[fault](clean_stream(samples, every), sensor, first, length, rng)
 
 
-@pytest.mark.parametrize("sensor", [S1, S2])
-@pytest.mark.parametrize("fault", FAULTS)
-@pytest.mark.parametrize(
-    ("variant", "every"),
-    [
-        ("plain", 1),
-        ("predictor", 10),
-        pytest.param("plain", 10, marks=pytest.mark.slow("as with the predictor")),
-        pytest.param("paired", 1, marks=pytest.mark.slow("as with the other triggers")),
-    ],
-)
+QUICK_IF_PAIRED = {("stamps ahead", S1), ("spikes", S2)}
+"""Faults that are tried with paired samples in a quick run as well, one for each sensor."""
+
+
+def cases() -> Iterator[object]:
+    """Yield variant, samples of S1 for each of S2, fault and sensor."""
+    for fault, sensor in itertools.product(FAULTS, (S1, S2)):
+        yield pytest.param("plain", 1, fault, sensor)
+        yield pytest.param("predictor", 10, fault, sensor)
+        slow = pytest.mark.slow("as with the predictor")
+        yield pytest.param("plain", 10, fault, sensor, marks=slow)
+        quick = (fault, sensor) in QUICK_IF_PAIRED
+        slow = pytest.mark.slow("as with the other trigger")
+        yield pytest.param("paired", 1, fault, sensor, marks=() if quick else slow)
+
+
+@pytest.mark.parametrize(("variant", "every", "fault", "sensor"), list(cases()))
 def test_a_fault_is_survived_counted_and_over_soon(
     variant: str, every: int, fault: str, sensor: str
 ) -> None:

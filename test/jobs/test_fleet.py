@@ -121,7 +121,6 @@ def test_a_worker_that_is_killed_midway_loses_nothing(cluster: Cluster, tmp_path
     assert len(started.read_text().split()) >= 7  # the task that was lost ran twice
 
 
-@pytest.mark.slow("another cluster")
 @pytest.mark.filterwarnings("ignore")
 def test_a_cluster_gives_the_same_document(cluster: Cluster, tmp_path: Path) -> None:
     bags = [str(write_scalars(tmp_path / name, swing())) for name in ("one", "two")]
