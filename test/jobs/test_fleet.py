@@ -12,7 +12,9 @@ import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
+import distributed
 import pytest
 from bag.recorded import swing, write_scalars
 from faults.waiting import wait_until
@@ -56,16 +58,23 @@ class Cluster:
         self._processes: list[subprocess.Popen[bytes]] = []
         loopback = ["--host", "127.0.0.1"]
         self._start("scheduler", *loopback, "--port", "0", "--no-dashboard")
-        wait_until(self._file.exists, "the scheduler")
+        wait_until(self._is_listening, "the scheduler")
         for _ in range(2):
             one = ["--nworkers", "1", "--nthreads", "1", "--no-nanny", "--no-dashboard"]
             self._start("worker", *loopback, *one)
+        connect: Any = distributed.Client
+        with connect(self.address, set_as_default=False) as client:
+            client.wait_for_workers(2, timeout=60)  # a late one might never get a task
 
     @property
     def address(self) -> str:
         """Where the scheduler listens."""
         found: str = json.loads(self._file.read_text())["address"]
         return found
+
+    def _is_listening(self) -> bool:
+        written = self._file.read_text() if self._file.exists() else ""
+        return written.endswith("}")  # it is not written at once
 
     def close(self) -> None:
         """End all processes."""
