@@ -54,7 +54,7 @@ site: venv ## build the documentation as a website, into out/site
 	@$(RUN) python -m sphinx -W --keep-going -q -b html docs out/site
 
 .PHONY: bench
-bench: venv ## time the estimator, nodes, replay and programs beside what they compare with
+bench: venv ## time the estimator, nodes, replay and programs against what they are compared with
 	@PYTHONPATH="test$${PYTHONPATH:+:$$PYTHONPATH}" $(RUN) python -m bench $(ARGS)
 
 .PHONY: soak
@@ -81,7 +81,7 @@ check-lint: venv ## check the code with ruff
 check-types: venv ## check types with mypy, strict
 	$(RUN) python -m mypy --strict fuzzy_fusion_ros examples .ci/compile.py $(SHARED_BY_TESTS)
 
-# Otherwise two test processes would compile the same functions at the same time.
+# Compile first: otherwise two test processes would compile the same functions at the same time.
 .PHONY: compiled
 compiled: venv ## compile what replays, fits and sweeps run, unless it is cached
 	$(RUN) python .ci/compile.py

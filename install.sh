@@ -4,7 +4,7 @@
 # Installs what the package needs, and builds the workspace.
 #
 # The libraries for bags are only on PyPI, and Ubuntu 24.04 does not let pip install into its own
-# Python. They go into a virtual environment beside src/ that sees the system's packages and that
+# Python. They go into a virtual environment next to src/ that sees the system's packages and that
 # colcon ignores, as https://docs.ros.org/en/jazzy/How-To-Guides/Using-Python-Packages.html
 # recommends. Programs are built with its interpreter, so it need not be activated.
 set -euo pipefail

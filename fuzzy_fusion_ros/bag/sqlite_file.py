@@ -177,7 +177,7 @@ def _connect(path: Path) -> sqlite3.Connection:
     place = f"file:{quote(str(path.resolve()))}"
     try:
         return _try_to_connect(f"{place}?mode=ro")
-    except sqlite3.OperationalError:  # the log needs a file beside it that cannot be made
+    except sqlite3.OperationalError:  # its log needs a file next to it that cannot be made
         return _try_to_connect(f"{place}?immutable=1")
 
 

@@ -37,8 +37,8 @@ class Baseline(NamedTuple):
     switches: tuple[str, ...] = ()
 
 
-def _fitted_beside_drive(name: str) -> tuple[str, ...]:
-    """Name what a fit moves of a Kalman filter with S2's lag, beside what drives its signal."""
+def _fitted_with_drive(name: str) -> tuple[str, ...]:
+    """Name what a fit moves of a Kalman filter with S2's lag, apart from what drives its signal."""
     drives = {"process_noise", "velocity_deviation", "velocity_time_constant"}
     return tuple(f"{name}.{each}" for each in flatten(KalmanLagParameters()) if each not in drives)
 
@@ -72,14 +72,14 @@ BASELINES: Mapping[str, Baseline] = MappingProxyType(
         ),
         "kalman_lag": Baseline(
             lambda parameters: kalman_lag(parameters.kalman_lag),
-            ("kalman_lag.process_noise", *_fitted_beside_drive("kalman_lag")),
+            ("kalman_lag.process_noise", *_fitted_with_drive("kalman_lag")),
         ),
         "kalman_lag_cv": Baseline(
             lambda parameters: kalman_lag(parameters.kalman_lag_cv),
             (
                 "kalman_lag_cv.velocity_deviation",
                 "kalman_lag_cv.velocity_time_constant",
-                *_fitted_beside_drive("kalman_lag_cv"),
+                *_fitted_with_drive("kalman_lag_cv"),
             ),
         ),
         "error_state": Baseline(

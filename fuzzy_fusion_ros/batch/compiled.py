@@ -135,7 +135,7 @@ def _readable(function: Any) -> Any:
 
 @functools.cache
 def _source(module: types.ModuleType) -> Mapping[str, Any]:
-    """Run the source beside an extension; only the code of its functions is of use."""
+    """Run the source of an extension; only the code of its functions is of use."""
     stem = module.__name__.rpartition(".")[2]
     return runpy.run_path(str(Path(cast(str, module.__file__)).with_name(f"{stem}.py")))
 
@@ -169,7 +169,7 @@ def _jit() -> Callable[[Any], Any]:
     directory = _cache_directory()
 
     def jit(function: Any) -> Any:
-        settings.CACHE_DIR = directory  # numba forgets it whenever a variable of its own changes
+        settings.CACHE_DIR = directory  # numba forgets it whenever one of its own variables changes
         return numba.njit(nogil=True, cache=bool(directory))(function)
 
     return jit

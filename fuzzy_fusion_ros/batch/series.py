@@ -222,7 +222,7 @@ def advanced(
 
 
 def pays_to_compile(parameters: Parameters, samples: int) -> bool:
-    """Return whether a run of the fusion over so many samples of S1 should be compiled."""
+    """Return whether a run of the fusion over n samples of S1 should be compiled."""
     method = fusion(parameters)
     if not method.compiles or not can_compile():
         return False

@@ -68,7 +68,7 @@ LEAD = 0.05
 
 STUCK_FOR = (1.0, 5.0, 20)
 """A sensor is stuck if it does not change for this many seconds, this many intervals of the slower
-sensor, and this many samples of its own, while the other moves:"""
+sensor, and this many of its own samples, while the other moves:"""
 
 OTHER_MOVES = (1.0, 2.0)
 """over this many of its standard deviations, with this many times that of its noise."""

@@ -3,7 +3,7 @@
 
 pendulum_node and fusion_node run in processes of their own and close the loop in lockstep. Their
 recording is replayed through the same fusion offline, and the run is simulated in this process:
-both must equal the live run bit for bit. Plots are written beside the bags.
+both must equal the live run bit for bit. Plots are written next to the bags.
 """
 
 from __future__ import annotations

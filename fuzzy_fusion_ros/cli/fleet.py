@@ -33,7 +33,7 @@ def add_bags(parser: argparse.ArgumentParser) -> None:
 
 def add_local_bags(
     parser: argparse.ArgumentParser,
-    jobs: str = "process this many bags at a time, each in a process of its own {1}",
+    jobs: str = "process this many bags at a time, each in its own process {1}",
 ) -> None:
     """Add the bags and ``--jobs`` of a command that does not work on a cluster.
 

@@ -136,7 +136,7 @@ def command_line() -> Parser:
     parser = Parser("tune", __doc__)
     fleet.add_local_bags(
         parser,
-        "read this many bags at a time, each in a process of its own; fits use all cores {1}",
+        "read this many bags at a time, each in its own process; fits use all cores {1}",
     )
     parser.add_argument(
         "--output",

@@ -156,7 +156,7 @@ def twins_on(
 
 
 class Confronted(NamedTuple):
-    """A sample of S2 beside what was expected of it.
+    """A sample of S2 and what was expected of it.
 
     Attributes:
         s1_ns: Stamp of S1's newest sample.

@@ -74,8 +74,8 @@ LASTING = 5
 """This many consecutive outliers of S2 that agree are a step: the signal or S2 itself has moved."""
 
 LONGEST = 100
-"""Where S2's noise is not known, no more consecutive outliers of S2 are held back than these: then
-the innovations before them were too small, as at rest, for telling what is an outlier."""
+"""Where S2's noise is not known, at most this many consecutive outliers of S2 are held back: after
+that, the innovations before them were too small, as at rest, to define an outlier."""
 
 EVIDENCE = 9.0
 """Rejected samples of S1 explain S2 if they lower the squared innovation by this many variances."""

@@ -184,7 +184,7 @@ def run_live(output: Path, seed: int, seconds: float, progress: Progress = SILEN
 
 
 def real_bags() -> Path:
-    """Return the directory of the recordings: beside the sources, else where it is installed.
+    """Return the directory of the recordings: next to the sources, else where it is installed.
 
     Raises:
         DemoError: It is in neither place.

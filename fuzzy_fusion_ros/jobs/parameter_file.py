@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The parameter file that ``tune`` writes: the fusion's parameters, and beside them the baselines'.
+"""The parameter file that ``tune`` writes: the fusion's parameters and the baselines'.
 
 Nodes read the former, ``score`` reads both.
 """
@@ -64,7 +64,7 @@ def text(
     baselines: Mapping[str, BaselineParameters],
     comments: Iterable[str] = (),
 ) -> str:
-    """Return the text of a file that holds both, each as an entry of its own.
+    """Return the text of a file that holds both, each as its own entry.
 
     Args:
         parameters: Of the fusion.

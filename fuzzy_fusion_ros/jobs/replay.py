@@ -43,7 +43,7 @@ def replay(
             ``/estimate`` unless given.
         start: Where to start, seconds from the first message of the bag.
         end: Where to end, seconds from the first message of the bag.
-        explanation: Whether to write the explanation topics beside the estimate.
+        explanation: Whether to write the explanation topics as well as the estimate.
         progress: Shows progress; none is shown unless given.
 
     Returns:

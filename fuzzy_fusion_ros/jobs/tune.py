@@ -239,7 +239,7 @@ def _read(
 def _usable(
     parts: Sequence[Recording], truths: Sequence[Reals | None], first_ns: int
 ) -> tuple[list[Recording], list[Reals | None]]:
-    """Leave out excerpts to which nothing can be fitted, such as those in a gap of the truth.
+    """Skip excerpts that cannot be used for fitting, such as those in a gap of the truth.
 
     Args:
         parts: The excerpts.
@@ -247,18 +247,18 @@ def _usable(
         first_ns: Stamp of the first sample of S1 in the whole recording.
 
     Raises:
-        FusionError: That is all of them.
+        FusionError: No excerpt can be used for fitting.
     """
     kept, notes, why = [], list(parts[0].notes), ""
     for part, truth in zip(parts, truths, strict=True):
         why = why_unusable(Trial(part.series, truth))
         if why:
             begin, end = (part.series.s1_ns[[0, -1]] - first_ns) * 1e-9
-            notes.append(f"the excerpt from {begin:.0f} s to {end:.0f} s is left out: {why}")
+            notes.append(f"the excerpt from {begin:.0f} s to {end:.0f} s is skipped: {why}")
         else:
             kept.append((part, truth))
     if not kept:
-        raise FusionError(f"{parts[0].name}: nothing can be fitted to any excerpt: {why}")
+        raise FusionError(f"{parts[0].name}: no excerpt can be used for fitting: {why}")
     recordings = [part for part, _ in kept]
     recordings[0] = recordings[0]._replace(notes=tuple(notes))
     return recordings, [truth for _, truth in kept]

@@ -42,7 +42,7 @@ class ScalarCodec:
         field: Where the scalar is in it.
         function: From the numbers of the field to the scalar, scale and offset included.
         scale: The scale.
-        is_stamped: Whether it carries a stamp of its own.
+        is_stamped: Whether it carries its own stamp.
     """
 
     def __init__(

@@ -42,8 +42,8 @@ class FieldPath:
     """A path to one number in a message, parsed once.
 
     ``point.x`` goes through fields, ``position[0]`` takes an element, and
-    ``name=pole:position`` takes the element of ``position`` at the index at which the array
-    ``name`` beside it holds ``pole``.
+    ``name=pole:position`` takes the element of ``position`` at the index at which its sibling
+    array ``name`` holds ``pole``.
 
     Attributes:
         text: The path as the user wrote it.

@@ -74,7 +74,7 @@ class Layout:
         return tuple(found)
 
     def place(self, type_name: str, field: FieldPath) -> Walk:
-        """Return the walk from the begin of a message to a number or a text in it.
+        """Return the walk from the start of a message to a number or a text in it.
 
         The walk raises :class:`MessageError` where a message lacks the element.
 
@@ -168,7 +168,7 @@ class Layout:
         return walk
 
     def _pick(self, fields: Mapping[str, FieldType], part: PathPart, text: str) -> Walk:
-        """Return the walk from the begin of a message to an element of an array in it."""
+        """Return the walk from the start of a message to an element of an array in it."""
         field = fields[part.name]
         to_array = _chain(_merged(self._parts_before(fields, part.name)))
         to_element = self._elements(field, part, text)
@@ -191,7 +191,7 @@ class Layout:
     def _elements(
         self, field: FieldType, part: PathPart, text: str
     ) -> Callable[[bytes, int, int], int]:
-        """Return the walk from the begin of an array to one of its elements."""
+        """Return the walk from the start of an array to one of its elements."""
         size = SIZES.get(field.name, 0)
         past = None if size else _chain(_merged(self._element(field, 0)))
 

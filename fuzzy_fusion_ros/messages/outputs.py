@@ -32,7 +32,7 @@ JOINTS = "sensor_msgs/msg/JointState"
 """The one stock type with a stamp, names and numbers; plotting tools show them by their names."""
 
 RULES = tuple(f"difference_{d}_rate_{r}" for d in ("small", "large") for r in ("small", "large"))
-"""Table 1's rules in its order, as they are named beside their firing strengths."""
+"""Names of Table 1's rules in its order, as published with their firing strengths."""
 
 DEVIATION = "standard_deviation"
 STRENGTHS = "firing_strengths"
@@ -118,7 +118,7 @@ class EstimateSource(NamedTuple):
 
 
 class EstimateMessages:
-    """Makes messages of estimates: S2's latest with other numbers and stamp, or a type of its own.
+    """Makes messages of estimates: S2's latest with other numbers and stamp, or of another type.
 
     Never with S2's variance: ours where a field for it is named and it is known, else *unknown*.
 
@@ -313,10 +313,10 @@ def _refuse_overlaps(
         if shared and len(angles) < 2:
             raise MessageError(
                 f"channels {one} and {other} both write {second.field.text} of {type_name}: "
-                "give each a field of its own"
+                "give each its own field"
             )
         if variances[one] and variances[one] == variances[other]:
             raise MessageError(
                 f"channels {one} and {other} both write their variance into {variances[one]} of "
-                f"{type_name}: give each an estimate.variance_field of its own"
+                f"{type_name}: give each its own estimate.variance_field"
             )

@@ -110,7 +110,7 @@ def numeric_fields(types: TypeDescriptions, type_name: str) -> list[str]:
     """Return the paths of all numbers in a type, floats first, stamps left out.
 
     An element of an array stands for all: ``position[0]``, and ``name=...:position`` where
-    there is an array of names beside it.
+    there is a sibling array of names.
 
     Raises:
         MessageError: The type is unknown.

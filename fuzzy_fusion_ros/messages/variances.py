@@ -65,8 +65,8 @@ def variance_of(types: TypeDescriptions, type_name: str, field: Field) -> Varian
     if member in _EARTH and _has(here, "position_covariance", 9):
         kind = {_joined(owner, "position_covariance_type"): 0.0}
         return _matrix(_joined(owner, "position_covariance"), 3, _EARTH[member], 0.0, kind)
-    beside = _fields(types, type_name, owners[:-1]) if owners else {}
-    if _has(beside, f"{group}_covariance", 9):
+    siblings = _fields(types, type_name, owners[:-1]) if owners else {}
+    if _has(siblings, f"{group}_covariance", 9):
         matrix = _joined(above, f"{group}_covariance")
         if axis in _AXES:
             return _matrix(matrix, 3, _AXES[axis], 0.0)

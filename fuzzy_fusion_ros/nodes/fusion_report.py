@@ -73,8 +73,8 @@ class FusionReport:
             work: How long each message took since the last report, seconds.
             node_time: The clocks of the node.
             held: Parameters that wait for others, with their values.
-            absent: Estimates of other channels that were published without this one, and those
-                that were not published since this one was missing.
+            absent: How many estimates of other channels were published without this one, and how
+                many were not published because this one was missing.
         """
         if stale:
             self._change(Mode.STALE)

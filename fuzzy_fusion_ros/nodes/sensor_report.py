@@ -102,7 +102,7 @@ class SensorReport:
         names = [f"{each.node_namespace.rstrip('/')}/{each.node_name}" for each in publishers]
         text = (
             f"{len(names)} publishers, {' and '.join(sorted(names))}, whose timestamps "
-            "interleave: publish each sensor on a topic of its own"
+            "interleave: publish each sensor on its own topic"
         )
         self._log("publishers", text)
         return [text]

@@ -2,8 +2,8 @@
 """Clean recordings as arrays: what :func:`read_recording` gives, without a step for each message.
 
 Instead of the guards and the trigger because these take most of the time of reading, and in most
-recordings they have nothing to do. Where they have, or might have, there is no answer here, and
-the messages go through them one by one.
+recordings they have nothing to do. Where they have or might have, this returns ``None``, and the
+caller passes the messages through them one by one.
 """
 
 from __future__ import annotations

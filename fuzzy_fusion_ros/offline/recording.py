@@ -185,7 +185,7 @@ def read_explanation(
 
     Args:
         bag: The bag.
-        topics: Names the topic of the estimate, beside which they are.
+        topics: Names the topic of the estimate; the others are named after it.
         start_s: Where to begin, seconds from the bag's first message.
         end_s: Where to end, before this.
     """

@@ -77,7 +77,7 @@ def replay(
         start_s: Where to begin, seconds from the bag's first message.
         end_s: Where to end, before this.
         progress: Passes blocks of messages on.
-        explained: Whether to write the explanation topics beside the estimate.
+        explained: Whether to write the explanation topics as well as the estimate.
 
     Raises:
         BagError: S1 or S2 is not in the bag, nothing is in the span, there is no estimate, or the

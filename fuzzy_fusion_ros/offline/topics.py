@@ -48,7 +48,7 @@ class Topics(NamedTuple):
 
 
 def explanation_prefix(estimate: str, channel: str = "") -> str:
-    """Return where the node's own topics are: beside its estimate, below its name.
+    """Return where the node's own topics are: in the namespace of its estimate, below its name.
 
     Args:
         estimate: The topic of the estimate.
@@ -85,7 +85,7 @@ def codecs_of(
     Raises:
         BagError: No number can be read from a topic.
         MessageError: A path is not in its type, or the one for all is in none of the types, or
-            there is none and the type has none of its own.
+            there is none and the type has no default.
     """
     configured = {
         "s1": parameters.s1.field,
@@ -158,7 +158,7 @@ def codec_of(
 
     Raises:
         BagError: No number can be read from the topic.
-        MessageError: A path is not in its type, or there is none and the type has none of its own.
+        MessageError: A path is not in its type, or there is none and the type has no default.
     """
     bag.require_readable(topic)
     msgtype = bag.topics[topic].msgtype

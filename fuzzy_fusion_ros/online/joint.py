@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Brings together what several channels estimate at one stamp, since they share one message."""
+"""Joins the estimates of several channels at one stamp, since they share one message."""
 
 from __future__ import annotations
 
@@ -11,19 +11,20 @@ from fuzzy_fusion_ros.online.fusion import Fusion
 from fuzzy_fusion_ros.online.verdict import Fused, Together
 
 MISSES = 5
-"""Estimates in a row that a channel misses before the others go on without it."""
+"""After missing this many consecutive estimates, a channel is not waited for."""
 
 
 class Joint:
-    """Gathers the estimates that one message or tick brings about, and lets whole stamps out.
+    """Collects the estimates caused by one message or tick, and releases complete stamps.
 
-    A stamp is whole if every live channel has its estimate of it. A channel is live from its first
-    estimate on, until its S1 is lost, the state of any is cleared, or it has missed ``MISSES``
-    estimates of the others in a row. This depends on samples and their order only, so node and
-    replay agree.
+    A stamp is complete if every live channel has an estimate for it. A channel is live from its
+    first estimate until its S1 is lost, the state of any channel is cleared, or it has missed
+    ``MISSES`` consecutive estimates of the others. This depends on samples and their order only,
+    so node and replay agree.
 
     Attributes:
-        withheld: Stamps not let out since a live channel had no estimate of them, by its name.
+        withheld: How many stamps were withheld because a live channel had no estimate for them,
+            by the name of that channel.
     """
 
     def __init__(self) -> None:
@@ -48,7 +49,7 @@ class Joint:
             self._pending.setdefault(fused.stamp_ns, {})[channel] = fused
 
     def due(self) -> Iterator[Together]:
-        """Yield what is whole, in rising order of stamps; what is not is given up."""
+        """Yield complete stamps in ascending order; drop incomplete ones."""
         restarts = sum([each.restarts for each in self._fusions.values()])
         if restarts != self._restarts:
             self._restarts = restarts
@@ -57,14 +58,14 @@ class Joint:
         for stamp_ns in sorted(pending):
             found = pending[stamp_ns]
             missing = [name for name in self._fusions if name not in found]
-            if not missing or self._is_whole(found, missing):
+            if not missing or self._is_complete(found, missing):
                 held = ((name, self._fusions[name].held_s2) for name in missing)
                 yield Together(stamp_ns, found, {k: v for k, v in held if v is not None})
             for name, fused in found.items():
                 self._missed[name] = MISSES if fused.estimate.mode == S2_ONLY else 0
 
-    def _is_whole(self, found: Mapping[str, Fused], missing: Iterable[str]) -> bool:
-        """Return whether no missing channel is live; note what those that are live miss."""
+    def _is_complete(self, found: Mapping[str, Fused], missing: Iterable[str]) -> bool:
+        """Return whether no missing channel is live; count a miss for each that is."""
         live = [name for name in missing if self._missed[name] < MISSES]
         if any(fused.estimate.mode != S2_ONLY for fused in found.values()):
             for name in live:

@@ -29,7 +29,7 @@ MOST_EVIDENCE = 64
 """The same while two timelines interleave, as of two publishers with different clocks."""
 
 CALM = 1000
-"""Samples in a row on one timeline after which nothing interleaves any more."""
+"""Consecutive samples on one timeline after which nothing interleaves any more."""
 
 
 class Admission(NamedTuple):
@@ -163,7 +163,7 @@ class Timeline:
             self._evidence = EVIDENCE
 
     def _interleave(self) -> None:
-        """Require more evidence: the timeline that was left continues beside this one."""
+        """Require more evidence: the timeline that was left continues in parallel."""
         self._evidence = min(2 * self._evidence, MOST_EVIDENCE)
         self._calm = 0
 

@@ -71,9 +71,9 @@ def table_of(figure: int, runs: Mapping[str, Run], results: Results) -> Table:
 
 
 def response_table(run: Run, ideal: Run) -> Table:
-    """Return the angle over time, and beside it the angle with the ideal sensor, if another."""
-    beside = {} if run is ideal else {"ideal_rad": ideal.truth}
-    return {"time_s": elapsed(run), "angle_rad": run.truth, **beside}
+    """Return the angle over time, with that of the ideal sensor unless the run is its own."""
+    ideal_angle = {} if run is ideal else {"ideal_rad": ideal.truth}
+    return {"time_s": elapsed(run), "angle_rad": run.truth, **ideal_angle}
 
 
 def inside_table(figure: int, run: Run) -> Table:

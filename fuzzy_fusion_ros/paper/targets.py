@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Targets of our own for the defaults, beyond the paper's claims.
 
-A target is met if the mean over the seeds meets it; the interval is shown beside it.
+A target is met if the mean over the seeds meets it; the interval is shown with it.
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ class ParameterError(FusionError):
 
 
 class CombinationError(ParameterError):
-    """Each parameter is allowed, but not beside the others."""
+    """Each parameter is allowed, but not in combination."""
 
 
 class MessageError(FusionError):

@@ -114,7 +114,7 @@ def dump(
     """Write parameters as a file that the node takes.
 
     Args:
-        parameters: What to write, each with its meaning, unit and range beside it.
+        parameters: What to write, each with its meaning, unit and range as a comment.
         path: The file, overwritten if it exists; its directory is made if it is missing.
         comments: Lines to write at the top.
         node_name: The node that it is for, in any namespace; empty for a node of any name.

@@ -269,7 +269,7 @@ class EstimateParameters(Group):
 
 @dataclass(frozen=True)
 class ChannelParameters(Group):
-    """What each scalar of a node has of its own: two sensors and the method."""
+    """What is set for each scalar of a node: two sensors and the method."""
 
     s1: FastSensorParameters = group(FastSensorParameters())
     s2: SlowSensorParameters = group(SlowSensorParameters())
@@ -443,5 +443,5 @@ def _groups_of(parameters: ChannelParameters) -> dict[str, Any]:
 
 
 def _tree_of(parameters: ChannelParameters) -> ChannelParameters:
-    """Return what a channel has of its own, without what all share."""
+    """Return the parameters of one channel alone, without those that all share."""
     return ChannelParameters(**_groups_of(parameters))

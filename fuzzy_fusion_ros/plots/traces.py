@@ -18,7 +18,7 @@ from fuzzy_fusion_ros.scoring.score import Score
 from fuzzy_fusion_ros.text.visible import visible
 
 SHOWN = ("s1", "s2", "estimate")
-"""What is drawn beside the truth; more lines would hide one another."""
+"""What is drawn with the truth; more lines would hide one another."""
 
 BEHIND = ("weight", "drift")
 """What is drawn of that which stands behind the estimate."""

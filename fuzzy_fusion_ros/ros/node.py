@@ -169,9 +169,9 @@ class ConfiguredNode(Node, Generic[G]):
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
         """Set parameters, all or none; a refusal names parameter, value and range.
 
-        A single value that is only refused beside others is held until these are set as well, so
-        that files load in any order. rclpy's own checks come after ours: its refusals leave out
-        the name or the value.
+        A single value that is only refused in combination with others is held until these are set
+        as well, so that files load in any order. rclpy's own checks come after ours: its refusals
+        leave out the name or the value.
         """
         try:
             for each in parameter_list:

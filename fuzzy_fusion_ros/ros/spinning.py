@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Spins one node in a context of its own."""
+"""Spins one node in its own context."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ UNSURE: Reals = np.empty(0)
 
 
 class Matched(NamedTuple):
-    """An estimate beside the truth.
+    """An estimate and the truth.
 
     Attributes:
         time_s: Times, rising, shape (n,), seconds.

@@ -151,7 +151,7 @@ def score_bag(
     Raises:
         BagError: The bag cannot be read, or S1, S2 or the truth is not in it.
         MessageError: A field is not in its type.
-        ScoreError: No estimate has a truth beside it.
+        ScoreError: No estimate has a truth at its time.
     """
     with open_bag(path) as bag:
         topics = topics.found_in(bag)
@@ -186,7 +186,7 @@ def score(
             only warms the filters up.
 
     Raises:
-        ScoreError: No estimate has a truth beside it.
+        ScoreError: No estimate has a truth at its time.
     """
     estimate, explanation = recording.estimate, dict(behind or {})
     recomputed = estimate.stamps_ns.size == 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A ROS graph of its own: context, domain, executor, and one node to talk to the others with."""
+"""An isolated ROS graph: context, domain, executor, and one node to talk to the others with."""
 
 from __future__ import annotations
 

@@ -87,7 +87,7 @@ def _wrapped(rows: Sequence[Sequence[str]], width: int) -> Iterator[Sequence[str
 
 
 def _blocks(widths: Sequence[int], width: int) -> Iterator[list[int]]:
-    """Yield the columns of each table: the first, and as many others as fit beside it."""
+    """Yield the columns of each table: the first, and as many others as fit next to it."""
     block = [0]
     for k in range(1, len(widths)):
         if len(block) > 1 and _width([widths[j] for j in (*block, k)]) > width:

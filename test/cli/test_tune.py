@@ -241,7 +241,7 @@ def test_a_long_bag_is_fitted_to_in_excerpts(
     assert (tmp_path / "a.yaml").read_text().startswith("# Made by tune from bag, --seed 0")
 
 
-def test_excerpts_that_cannot_be_fitted_to_are_left_out(
+def test_excerpts_that_cannot_be_used_for_fitting_are_skipped(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for name, value in (("MOST", 300), ("EXCERPTS", 2), ("FEWEST_S2", 20)):
@@ -250,12 +250,12 @@ def test_excerpts_that_cannot_be_fitted_to_are_left_out(
     half = write_bag(tmp_path / "half", gap_s=(0.5, 10.0))
     assert main([str(half), *output]) == 0
     said = capsys.readouterr().err.splitlines()
-    left_out = f"tune: {half}: the excerpt from 0 s to 6 s is left out: got 8 samples of S1"
-    assert said[1].startswith(left_out)
+    skipped = f"tune: {half}: the excerpt from 0 s to 6 s is skipped: got 8 samples of S1"
+    assert said[1].startswith(skipped)
     assert len(said) == 2
     none = write_bag(tmp_path / "none", gap_s=(0.5, 19.5))
     assert main([str(none), *output]) == 2
-    assert "nothing can be fitted to any excerpt: got " in capsys.readouterr().err
+    assert "no excerpt can be used for fitting: got " in capsys.readouterr().err
 
 
 def test_a_bag_of_other_sensors_is_named(

@@ -187,7 +187,7 @@ class McapFile:
             return McapScan(self._file, size, self._note).index()
 
     def _groups(self, wanted: Set[int], start_ns: int, stop_ns: int) -> Iterator[list[_Loaded]]:
-        """Yield the contents of segments: one, then so many at a time that arrays are worth it."""
+        """Yield the contents of segments: one, then the rest in batches large enough for arrays."""
         group: list[_Loaded] = []
         size = BLOCK_BYTES
         for segment in self._segments:

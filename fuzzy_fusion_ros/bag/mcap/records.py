@@ -90,15 +90,16 @@ class Records(NamedTuple):
 
 
 MOST_RECORDS = 1_000_000
-"""Records of a chunk, or messages outside chunks in a row; those after them are left out."""
+"""Records of a chunk, or consecutive messages outside chunks; any more are ignored."""
 
 
 _CANDIDATES = 2
-"""Bytes that look like the begin of a message, for each message that there is room for, that are
-worth arrays: these take 25 bytes for each."""
+"""Use arrays only up to this many candidate bytes per message that could fit.
+
+A candidate looks like the start of a message; arrays take 25 bytes for each."""
 
 _PRUNINGS = 3
-"""How often bytes that look like the begin of a message are left out before records are walked."""
+"""How many passes over candidates drop those that no record leads to, before records are walked."""
 
 
 def split_records(data: bytes) -> Records:

@@ -72,7 +72,7 @@ class McapWriter:
     A chunk is built in memory, written by one call and only then counted: the file can be
     finished after Ctrl-C in a write, and after SIGKILL every complete chunk is readable. Where a
     chunk ends depends on the calls alone, so the same calls give the same bytes: messages one by
-    one make chunks of up to ``CHUNK_BYTES`` and ``CHUNK_SPAN_NS``, a block makes chunks of its own,
+    one make chunks of up to ``CHUNK_BYTES`` and ``CHUNK_SPAN_NS``, a block makes its own chunks,
     of ``BLOCK_BYTES``.
     """
 
