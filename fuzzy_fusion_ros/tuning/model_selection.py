@@ -48,7 +48,7 @@ S1_PAYS = 0.8
 its changes explain those of S2."""
 
 ENOUGH_S2 = 50
-"""With fewer samples of S2 the bias alone is learnt."""
+"""With fewer samples of S2 the bias alone is learnt: there are too few to fit any rules to."""
 
 RULES_PAY = 0.95
 """Without a truth, the rules must lower the surprise to this share."""
@@ -159,7 +159,8 @@ def chosen(
     """
     named = {each.name: each for each in candidates}
     bias, slope, full = named["bias"], named["slope"], named["full"]
-    best = bias if s2_samples < ENOUGH_S2 else full
+    is_short = s2_samples < ENOUGH_S2
+    best = bias if is_short else full
     if not with_truth:
         if best is full and full.surprise > RULES_PAY * slope.surprise:
             best = slope
@@ -167,7 +168,7 @@ def chosen(
             return named["s2"]
         return named["s1"] if RULES_PAY * named["s1"].surprise <= best.surprise else best
     simpler = min((bias, slope, named["aggregator"]), key=_unseen)
-    if simpler.unseen <= CLEARLY_BETTER * best.unseen:
+    if not is_short and simpler.unseen <= CLEARLY_BETTER * best.unseen:
         best = simpler
     sensor = min((named["s2"], named["s1"]), key=_unseen)
     return sensor if sensor.unseen <= best.unseen + TINY else best

@@ -265,6 +265,7 @@ GOOD = {"s2": 2.0, "s1": 2.0, "aggregator": 1.5, "bias": 1.0, "slope": 1.0, "ful
         ({"full": 2.0, "slope": 0.9}, 100, "slope"),
         ({"aggregator": 0.8}, 100, "aggregator"),
         ({}, 49, "bias"),
+        ({"aggregator": 0.1, "slope": 0.1, "full": 0.1}, 49, "bias"),
         ({"s1": 1.0}, 100, "s1"),
         ({"s2": 0.9, "s1": 1.0}, 100, "s2"),
     ],
