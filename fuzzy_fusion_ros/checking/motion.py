@@ -3,14 +3,16 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from fuzzy_fusion_ros.batch.arrays import Reals
 
 
-class Motion(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Motion:
     """What a sensor has measured, without wraps and spikes.
 
     Attributes:
@@ -26,7 +28,7 @@ class Motion(NamedTuple):
         """How many times between samples it has."""
         return self.time_s.size - 1
 
-    @property
+    @cached_property
     def interval(self) -> float:
         """Median time between samples, seconds; infinite for fewer than two."""
         return float(np.median(np.diff(self.time_s))) if self.time_s.size > 1 else np.inf

@@ -350,44 +350,82 @@ def _transform(grid: _Grid, steps: Reals, smoothing: float) -> Spectrum:
 
 
 class _Tried(NamedTuple):
-    """A hypothesis, seen over some time and through some low-pass.
+    """A hypothesis, seen over some time and through several low-passes.
 
     Attributes:
         over: Time that changes are taken over, seconds.
-        time_constant: Of the low-pass, seconds.
-        correlation: At every lag, as :func:`numpy.fft.irfft` puts them, shape (size,).
-        ratio: Size of what S2 does to that of what S1 says it should do.
+        time_constants: Of the low-passes, shape (m,), seconds.
+        correlation: At every lag, as :func:`numpy.fft.irfft` puts them, shape (m, size).
+        ratios: Size of what S2 does to that of what S1 says it should do, shape (m,).
     """
 
     over: float
-    time_constant: float
+    time_constants: Reals
     correlation: Reals
-    ratio: float
+    ratios: Reals
+
+    def near(self, grid: _Grid) -> tuple[Reals, Reals]:
+        """Return the correlation at the lags to try, and what S2 is delayed by there, (m, k)."""
+        return (
+            np.take(self.correlation, grid.lags, axis=1),
+            grid.step * grid.lags + self.time_constants[:, None],
+        )
 
 
 def _tried(grid: _Grid, hypothesis: _Hypothesis) -> Iterator[_Tried]:
-    """Yield a hypothesis over all times and through all low-passes to be tried."""
+    """Yield a hypothesis over all times to be tried, through all low-passes."""
+    is_value = hypothesis.kind is Kind.VALUE
+    constants = np.array(_time_constants(grid) if is_value else [0.0])
+    low_passes = 1.0 + 2j * np.pi * grid.frequency * constants[:, None]
     for over in _lively(grid, hypothesis.s2):
         window = np.sinc(grid.frequency * over) ** 2
-        s2 = hypothesis.s2 * window
-        for time_constant in _time_constants(grid) if hypothesis.kind is Kind.VALUE else [0.0]:
-            s1 = hypothesis.s1 * window / (1.0 + 2j * np.pi * grid.frequency * time_constant)
-            powers = _power(s1), _power(s2)
-            if min(powers) > TINY:
-                product = np.fft.irfft(np.conj(s1) * s2, grid.size) * (0.5 * grid.size)
-                correlation = product / math.sqrt(powers[0] * powers[1])
-                ratio = math.sqrt(powers[1] / powers[0])
-                yield _Tried(over, time_constant, correlation, ratio)
+        s1, s2 = hypothesis.s1 * window / low_passes, hypothesis.s2 * window
+        powers = np.array([_power(each) for each in s1]), _power(s2)
+        if min(powers[0].min(), powers[1]) > TINY:
+            products = np.fft.irfft(np.conj(s1) * s2, grid.size) * (0.5 * grid.size)
+            correlation = products / np.sqrt(powers[0] * powers[1])[:, None]
+            yield _Tried(over, constants, correlation, np.sqrt(powers[1] / powers[0]))
 
 
 def _best(grid: _Grid, hypothesis: _Hypothesis) -> list[Relation]:
     """Return a hypothesis with either sign, each with the lag that costs least."""
     best: dict[int, Relation] = {}
+    whole: dict[int, Reals] = {}
     for tried in _tried(grid, hypothesis):
-        for found in _least(grid, hypothesis.kind, tried):
-            if found.sign not in best or found.cost < best[found.sign].cost:
-                best[found.sign] = found
-    return list(best.values())
+        near, delay = tried.near(grid)  # less of both overlaps at long lags: against them
+        early = tried.time_constants[:, None] - LEAD * grid.step * grid.lags
+        lag_cost = np.where(grid.lags >= 0, delay, early) / _usual_lag(grid)
+        for sign in (1, -1):
+            r = np.clip(sign * near, 0.0, 1.0)
+            cost = WEIGHT * np.log(1.0 - np.square(r) + MODEL_ERROR) + lag_cost
+            lags = np.argmin(cost, axis=1)
+            rows = np.arange(lags.size)
+            for m in np.argsort(cost[rows, lags], kind="stable"):
+                k = lags[m]
+                if sign in best and best[sign].cost <= cost[m, k]:
+                    break  # no relation costs less than its lag and its misfit
+                if r[m, k] <= LEAST_CORRELATION:
+                    continue
+                found = Relation(
+                    kind=hypothesis.kind,
+                    sign=sign,
+                    lag=float(delay[m, k]),
+                    correlation=float(r[m, k]),
+                    scale=(float(r[m, k] * tried.ratios[m]), float(tried.ratios[m] / r[m, k])),
+                    chance=math.nan,
+                    cost=float(cost[m, k]),
+                )
+                found = found._replace(cost=found.cost + _oddity(found))
+                if sign not in best or found.cost < best[sign].cost:
+                    best[sign], whole[sign] = found, tried.correlation[m]
+    return [each._replace(chance=_chance(grid, whole[sign])) for sign, each in best.items()]
+
+
+def _chance(grid: _Grid, correlation: Reals) -> float:
+    """Return the typical correlation at lags that are far off."""
+    far = np.append(grid.far, -grid.far)
+    overlap = 1.0 - np.abs(far) / grid.s1.size
+    return root_mean_square(correlation[far] / overlap) if far.size else 1.0
 
 
 def _lively(grid: _Grid, s2: Spectrum) -> list[float]:
@@ -404,34 +442,6 @@ def _time_constants(grid: _Grid) -> list[float]:
     return [0.0, *(0.5 * grid.slower * 2.0**octaves)]
 
 
-def _least(grid: _Grid, kind: Kind, tried: _Tried) -> Iterator[Relation]:
-    """Yield, for either sign, the lag that costs least."""
-    time_constant, correlation, ratio = tried[1:]
-    near = correlation[grid.lags]  # less of both overlaps at long lags, which is against them
-    far = np.append(grid.far, -grid.far)
-    overlap = 1.0 - np.abs(far) / grid.s1.size
-    chance = root_mean_square(correlation[far] / overlap) if far.size else 1.0
-    delay = grid.step * grid.lags
-    lag = np.where(delay >= 0.0, delay + time_constant, time_constant - LEAD * delay)
-    lag_cost = lag / _usual_lag(grid)
-    for sign in (1, -1):
-        r = np.clip(sign * near, 0.0, 1.0)
-        cost = WEIGHT * np.log(1.0 - np.square(r) + MODEL_ERROR) + lag_cost
-        k = int(np.argmin(cost))
-        if r[k] <= LEAST_CORRELATION:
-            continue
-        found = Relation(
-            kind=kind,
-            sign=sign,
-            lag=float(delay[k]) + time_constant,
-            correlation=float(r[k]),
-            scale=(float(r[k]) * ratio, ratio / float(r[k])),
-            chance=chance,
-            cost=float(cost[k]),
-        )
-        yield found._replace(cost=found.cost + _oddity(found))
-
-
 class _Located(NamedTuple):
     """Where a lag is.
 
@@ -446,22 +456,23 @@ class _Located(NamedTuple):
 
 def _located(grid: _Grid, relation: Relation, tried: _Tried) -> _Located:
     """Return the lag at the top of the correlation, on a parabola through it."""
-    near = relation.sign * tried.correlation[grid.lags]
-    lags = grid.step * grid.lags + tried.time_constant
-    usable = np.flatnonzero(
-        (grid.lags >= (0 if tried.time_constant else grid.lags[0] + 1))
-        & (grid.lags < grid.lags[-1])
-        & (np.abs(lags - relation.lag) <= _usual_lag(grid))
-    )
-    if usable.size == 0:
-        return _Located(relation.lag, math.inf)
-    k = int(usable[np.argmax(near[usable])])
-    before, top, after = (float(each) for each in near[k - 1 : k + 2])
+    correlation, lags = tried.near(grid)
+    near = relation.sign * correlation
+    first = np.where(tried.time_constants > 0.0, 0, grid.lags[0] + 1)[:, None]
+    usable = (grid.lags >= first) & (grid.lags < grid.lags[-1])
+    usable &= np.abs(lags - relation.lag) <= _usual_lag(grid)
+    rows = np.flatnonzero(usable.any(axis=1))
+    k = np.argmax(np.where(usable, near, -np.inf), axis=1)[rows]
+    before, top, after = (near[rows, k + off] for off in (-1, 0, 1))
     bend = 2.0 * top - before - after
-    if bend <= 0.0:
+    bent = bend > 0.0
+    if not bent.any():
         return _Located(relation.lag, math.inf)
-    lag = float(lags[k]) + 0.5 * grid.step * min(max((after - before) / bend, -1.0), 1.0)
-    return _Located(lag, tried.over * (1.0 - min(top, 1.0) ** 2 + MODEL_ERROR) / bend)
+    rows, k, before, top, after, bend = (each[bent] for each in (rows, k, before, top, after, bend))
+    found = lags[rows, k] + 0.5 * grid.step * np.clip((after - before) / bend, -1.0, 1.0)
+    variances = tried.over * (1.0 - np.square(np.minimum(top, 1.0)) + MODEL_ERROR) / bend
+    best = int(np.argmin(variances))
+    return _Located(float(found[best]), float(variances[best]))
 
 
 def _usual_lag(grid: _Grid) -> float:
