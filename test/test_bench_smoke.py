@@ -6,7 +6,18 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from bench import bags, estimator, fleet, lockstep, memory, programs, replaying, startup, transport
+from bench import (
+    bags,
+    estimator,
+    fleet,
+    growth,
+    lockstep,
+    memory,
+    programs,
+    replaying,
+    startup,
+    transport,
+)
 from bench.effort import TINY, Effort
 from bench.table import Row, at_least, at_most, markdown
 
@@ -25,6 +36,7 @@ from bench.table import Row, at_least, at_most, markdown
         bags.rows,
         memory.rows,
         fleet.rows,
+        growth.rows,
         programs.rows,
     ],
     ids=lambda each: each.__module__,

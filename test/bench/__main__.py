@@ -14,6 +14,7 @@ from bench import (
     bags,
     estimator,
     fleet,
+    growth,
     lockstep,
     machine,
     memory,
@@ -34,6 +35,7 @@ BENCHMARKS: dict[str, Callable[[Effort], list[Row]]] = {
     "bags": bags.rows,
     "memory": memory.rows,
     "fleet": fleet.rows,
+    "growth": growth.rows,
     "programs": programs.rows,
 }
 

@@ -51,15 +51,15 @@ def _rows(folder: Path, name: str, topics: Topics, effort: Effort) -> list[Row]:
             None,
         ),
         "replay (FA), estimate alone": (
-            lambda: _replay(path, output, FA, explained=False),
+            lambda: replayed(path, output, FA, explained=False),
             at_most(0.2),
         ),
         "replay (FA), estimate and explanation": (
-            lambda: _replay(path, output, FA),
+            lambda: replayed(path, output, FA),
             at_most(0.5),
         ),
         "replay (complete), estimate and explanation": (
-            lambda: _replay(path, output, COMPLETE),
+            lambda: replayed(path, output, COMPLETE),
             at_most(1.0),
         ),
     }
@@ -77,8 +77,8 @@ def _rows(folder: Path, name: str, topics: Topics, effort: Effort) -> list[Row]:
     return found
 
 
-def _replay(path: Path, output: Path, parameters: Parameters, *, explained: bool = True) -> float:
-    """Return seconds of CPU time."""
+def replayed(path: Path, output: Path, parameters: Parameters, *, explained: bool = True) -> float:
+    """Replay a bag; return seconds of CPU time."""
 
     def work() -> None:
         with open_bag(path) as bag:

@@ -48,7 +48,7 @@ class Cluster:
     """A scheduler and two workers, each a process."""
 
     def __init__(self, folder: Path) -> None:
-        """Start them.
+        """Prepare them.
 
         Args:
             folder: For what they write.
@@ -56,6 +56,9 @@ class Cluster:
         self._folder = folder
         self._file = folder / "scheduler.json"
         self._processes: list[subprocess.Popen[bytes]] = []
+
+    def start(self) -> None:
+        """Start them; return once both workers can be given tasks."""
         loopback = ["--host", "127.0.0.1"]
         self._start("scheduler", *loopback, "--port", "0", "--no-dashboard")
         wait_until(self._is_listening, "the scheduler")
@@ -102,6 +105,7 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
     folder = tmp_path / "cluster"
     folder.mkdir()
     with contextlib.closing(Cluster(folder)) as running:
+        running.start()
         yield running
 
 
