@@ -85,7 +85,8 @@ def _rows(found: Mapping[str, Score | Failure]) -> list[tuple[str, ...]]:
             rows.append(fleet.failed_row(bag, each, len(head)))
             continue
         best = each.best_baseline
-        rmse = {name: each.scores(name)["rmse"] for name in ("s1", "s2", "estimate", best)}
+        shown = dict.fromkeys(("s1", "s2", "estimate", best))
+        rmse = {name: each.scores(name, ("rmse",))["rmse"] for name in shown}
         numbers = [f"{rmse[name]:.4g}" for name in ("s1", "s2", "estimate")]
         ratio = f"{rmse['estimate'] / rmse[best]:.2f}" if rmse[best] > 0.0 else ""
         rows.append((bag, each.unit, *numbers, ratio, f"{best}, {rmse[best]:.4g}"))

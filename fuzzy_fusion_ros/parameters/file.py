@@ -12,6 +12,7 @@ import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -225,11 +226,15 @@ def _reading(path: str | Path) -> Iterator[None]:
 def _sections(path: str | Path) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield each node's name in a file with its parameters."""
     with _reading(path):
-        text = checked_yaml(read_yaml_text(Path(path)), aliases=False)
-        root = yaml.compose(text, LOADER)
+        root = _composed(read_yaml_text(Path(path)))
     if not isinstance(root, yaml.MappingNode):
         raise ParameterFileError(path, f"expected node names with {KEY}: below them")
     yield from _nodes_in(path, root, "")
+
+
+@lru_cache(maxsize=4)  # for many bags the same file is read many times
+def _composed(text: str) -> Any:
+    return yaml.compose(checked_yaml(text, aliases=False), LOADER)
 
 
 def _nodes_in(path: str | Path, node: Any, owner: str) -> Iterator[tuple[str, dict[str, Any]]]:

@@ -40,7 +40,7 @@ def sureness_cells(score: Score) -> list[tuple[str, ...]]:
     """Return the same as the rows of a table, below one of headers."""
     rows = [("", *SURENESS)]
     for name in score.deviations:
-        found = score.scores(name)
+        found = score.scores(name, SURENESS)
         rows.append((name, *(f"{found[each]:.3g}" for each in SURENESS)))
     return rows
 
@@ -76,7 +76,7 @@ def cells(score: Score, metrics: Sequence[str] = tuple(METRICS)) -> list[tuple[s
     Returns:
         The rows of a table, below two rows of headers: names and units.
     """
-    scores = {name: score.scores(name) for name in score.values}
+    scores = {name: score.scores(name, metrics) for name in score.values}
     best = score.best_baseline
     columns = [["", "", *(f"{each} {BEST_BASELINE}" if each == best else each for each in scores)]]
     for metric in metrics:

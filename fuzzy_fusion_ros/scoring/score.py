@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -89,26 +89,30 @@ class Score(NamedTuple):
     modes: Mapping[str, float]
     notes: tuple[str, ...]
 
-    def scores(self, estimator: str) -> dict[str, float]:
-        """Return every metric of an estimator by its name."""
+    def scores(
+        self, estimator: str, names: Collection[str] = (*METRICS, *SURENESS)
+    ) -> dict[str, float]:
+        """Return metrics of an estimator by name; those of its deviation only if it reports one.
+
+        Args:
+            estimator: Its name.
+            names: The metrics to compute.
+        """
         matched = Matched(self.time_s, self.values[estimator], self.truth)
-        found = {name: metric.function(matched) for name, metric in METRICS.items()}
-        found["sse"] *= self.every
+        found = {name: METRICS[name].function(matched) for name in names if name in METRICS}
+        if "sse" in found:
+            found["sse"] *= self.every
         if estimator in self.deviations:
             deviation = self.deviations[estimator]
             sure = Matched._make(each[deviation > 0.0] for each in (*matched[:3], deviation))
-            found |= {name: metric.function(sure) for name, metric in SURENESS.items()}
+            found |= {name: SURENESS[name].function(sure) for name in names if name in SURENESS}
         return found
 
     @property
     def best_baseline(self) -> str:
         """Name of the baseline, sensors alone included, with the least RMSE: the one to beat."""
         baselines = [name for name in self.values if name in BASELINES]
-        rmse = METRICS["rmse"].function
-        return min(
-            baselines,
-            key=lambda name: rmse(Matched(self.time_s, self.values[name], self.truth)),
-        )
+        return min(baselines, key=lambda name: self.scores(name, ("rmse",))["rmse"])
 
     def as_json(self) -> dict[str, Any]:
         """Return what ``score --json`` writes; an unknown unit is null."""
@@ -119,12 +123,8 @@ class Score(NamedTuple):
             "span_s": list(self.span_s),
             "unit": self.unit or None,
             "best_baseline": self.best_baseline,
-            "estimators": {name: self._reported(name) for name in self.values},
+            "estimators": {name: self.scores(name, (*REPORTED, *SURENESS)) for name in self.values},
         }
-
-    def _reported(self, estimator: str) -> dict[str, float]:
-        scores = self.scores(estimator)
-        return {name: scores[name] for name in (*REPORTED, *SURENESS) if name in scores}
 
 
 def score_bag(
