@@ -12,7 +12,7 @@ from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.checking import pair
 from fuzzy_fusion_ros.checking.clocks import Clocks, Stamped, judge_clocks
 from fuzzy_fusion_ros.checking.finding import Finding, Level
-from fuzzy_fusion_ros.checking.motion import motion_of
+from fuzzy_fusion_ros.checking.motion import Motion, halved, motion_of
 from fuzzy_fusion_ros.checking.relation import MOST_POINTS, Kind, Relation, lag_of, relations
 from fuzzy_fusion_ros.checking.samples import SensorSamples, TwoSensors
 from fuzzy_fusion_ros.checking.stamps import ClockStep, deliveries, judge_stamps
@@ -190,22 +190,25 @@ def _compare(
     start_ns, kind = sensors.start_ns, pair.kind_by_units(sensors)
     expected = Kind.S1_RATE if sensors.is_rate else Kind.VALUE
 
-    def hypotheses(s1_s: Reals, s2_s: Reals) -> list[Relation]:
-        found = relations(motion_of(s1_s, s1.clean), motion_of(s2_s, s2.clean), most_points)
-        return [each for each in found if kind in {None, each.kind}]
+    def hypotheses(one: Motion, other: Motion) -> list[Relation]:
+        return [each for each in relations(one, other, most_points) if kind in {None, each.kind}]
 
     def related(s1_s: Reals, s2_s: Reals) -> list[Relation]:
-        found = hypotheses(s1_s, s2_s)
+        found = hypotheses(motion_of(s1_s, s1.clean), motion_of(s2_s, s2.clean))
         return found if found and pair.is_related(found[0]) else []
 
     clocks = judge_clocks(
         Stamped(s1.usable, s1.steps), Stamped(s2.usable, s2.steps), start_ns, related
     )
-    found = hypotheses(clocks.s1_s, clocks.s2_s)
     one, other = motion_of(clocks.s1_s, s1.clean), motion_of(clocks.s2_s, s2.clean)
+    found = hypotheses(one, other)
     findings = [*clocks.findings, *pair.stuck("s1", one, "s2", other)]
     findings += pair.stuck("s2", other, "s1", one)
     about_relation, relation = pair.judge_relation(found, kind, expected)
+    if relation is not None and any(each.level > Level.INFO for each in about_relation):
+        halves = [hypotheses(*half) for half in halved(one, other)]
+        if not pair.is_lasting(relation, halves, expected):
+            about_relation, relation = [pair.passing(relation)], None
     findings += about_relation
     if relation is not None:
         relation = relation._replace(lag=lag_of(one, other, relation, most_points))

@@ -164,6 +164,36 @@ def judge_relation(
     return [_odd(best, plain, by_units, expected)], best
 
 
+def is_lasting(
+    relation: Relation, halves: Sequence[Sequence[Relation]], expected: Kind = Kind.VALUE
+) -> bool:
+    """Return whether the halves of a recording have the fault that the whole seems to have.
+
+    Args:
+        relation: How the sensors are related over the whole recording, which is a fault.
+        halves: The hypotheses on each half in which both sensors move, the most credible first;
+            those of too few samples, which have none, do not count.
+        expected: What the parameters say that the sensors are to each other.
+    """
+    telling = [half for half in halves if half]
+    same = [
+        each
+        for half in telling
+        for each in half
+        if (each.kind, each.sign) == (relation.kind, relation.sign)
+        and FACTOR > each.middle_scale / relation.middle_scale > 1.0 / FACTOR
+        and all(each.cost <= other.cost for other in half if _is_as_it_should(other, expected))
+    ]
+    return len(same) == len(telling) and all(is_related(each) for each in same)
+
+
+def passing(relation: Relation) -> Finding:
+    """Return the finding that a relation, which would be a fault, does not last."""
+    text = "s1 and s2 are related in one part of the recording and not in the other"
+    evidence = {"correlation": relation.sign * relation.correlation}
+    return Finding(Level.INFO, "ambiguous", text, evidence, "record more varied motion")
+
+
 def _is_as_it_should(relation: Relation, expected: Kind) -> bool:
     return relation.kind is expected and relation.sign > 0
 
@@ -207,8 +237,9 @@ def _factor(relation: Relation, by_units: Kind | None) -> tuple[float, str]:
     low, high = relation.scale[0] * relation.correlation, relation.scale[1] / relation.correlation
     if low <= FACTOR and high >= 1.0 / FACTOR:
         return 1.0, ""
-    if relation.conversion is None:
-        return (1.0 if by_units else float(f"{relation.middle_scale:.2g}")), ""
+    if relation.conversion is None:  # S2's noise, or turns of an angle, add up to a large factor
+        is_unknown = by_units is not None or relation.kind is not Kind.VALUE
+        return (1.0 if is_unknown else float(f"{relation.middle_scale:.2g}")), ""
     units, factor = relation.conversion
     names = (units.smaller, units.larger) if factor < 1.0 else (units.larger, units.smaller)
     return factor, f": {names[0]} against {names[1]}"

@@ -73,10 +73,11 @@ def check(
     Raises:
         FusionError: The bag or the parameters cannot be used.
     """
-    wanted = topics or Topics()
-    base = fusion_parameters(parameters).channel(wanted.channel)
+    given = topics or Topics()
+    base = fusion_parameters(parameters).channel(given.channel)
     with open_bag(bag) as reader:
         checked, together = None, None
+        wanted = given.found_in(reader)
         if topics is not None or {wanted.s1, wanted.s2} <= reader.topics.keys():
             checked = check_bag(
                 reader,

@@ -41,7 +41,11 @@ def clock_problem(s1: Guard, s2: Guard, s1_timeout: float, s2_timeout: float) ->
     harmless = min(SUSPICIOUS, s2_timeout if offset > 0.0 else s1_timeout)
     if abs(offset) <= harmless and min(s1.delay, s2.delay) >= -NOTICEABLE:
         return ""
-    return f"{apart(offset)} although both arrive together: {SYNCHRONIZE}"
+    problem = f"{apart(offset)} although both arrive together: {SYNCHRONIZE}"
+    if min(s1.delay, s2.delay) >= -NOTICEABLE and abs(offset) <= SUSPICIOUS:
+        late = "s2" if offset > 0.0 else "s1"
+        problem += f"; if the messages of {late} are late, set {late}.timeout: 0.0"
+    return problem
 
 
 def apart(behind: float) -> str:

@@ -307,3 +307,30 @@ def test_too_few_samples() -> None:
     assert only(found.findings, "samples").text == "2 of 4 samples of s2 can be used"
     assert list(found.characters) == ["s1"]
     assert not found.is_fine
+
+
+def test_a_fault_in_one_half_of_a_recording_is_none() -> None:
+    generator = np.random.default_rng(6)
+    kernel = np.exp(-np.arange(101) / 5.0)
+    one, other = (np.convolve(generator.normal(size=700), kernel, "valid") for _ in range(2))
+    found = checked(np.interp(T1, T2, one), np.where(T2 < 25.0, 1.5 * other, -3.6 * one))
+    assert found.is_fine, found.findings
+    (finding,) = found.findings
+    assert finding.about == "ambiguous"
+    assert "in one part of the recording" in finding.text
+    assert not checked(motion(T1), -3.6 * motion(T2 - LAG)).is_fine
+
+
+def test_half_a_recording_at_rest_does_not_hide_a_fault() -> None:
+    moving = np.clip((T1 - 25.0) / 5.0, 0.0, 1.0) * motion(T1)
+    found = checked(-moving, np.interp(T2 - LAG, T1, moving))
+    assert only(found.findings, "sign").remedy == "s1.scale: -1"
+
+
+def test_a_rate_is_given_no_scale_but_that_between_units() -> None:
+    plain, odd, degrees = (
+        only(checked(factor * rate(T1), motion(T2 - LAG)).findings, "rate")
+        for factor in (1.0, 0.15, 180.0 / math.pi)
+    )
+    assert plain.remedy == odd.remedy == "s1.kind: rate"
+    assert degrees.remedy == "s1.kind: rate and s1.scale: 0.01745329"

@@ -84,6 +84,13 @@ def test_without_topics_it_lists_what_moves_together(
     assert "/fast point.x, /slow point.x" in out
 
 
+def test_sensors_without_a_slash_are_checked_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([str(write_pair(tmp_path / "bag", "negated", "s1", "s2"))]) == 1
+    assert "s1 has the opposite sign of s2" in capsys.readouterr().out
+
+
 def test_json_on_stdout_is_all_that_is_there(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -48,3 +48,10 @@ def test_nothing_is_said_before_enough_samples_have_come() -> None:
     few.delays_ns.extend([10**10] * (FEWEST_DELAYS - 1))
     assert clock_problem(few, arriving(0.0), 1.0, 5.0) == ""
     assert clock_problem(arriving(0.0), few, 1.0, 5.0) == ""
+
+
+def test_a_late_sensor_is_told_which_timeout_to_set() -> None:
+    late = "; if the messages of s2 are late, set s2.timeout: 0.0"
+    assert clock_problem(arriving(0.0), arriving(0.8), 1.0, 0.5).endswith(late)
+    assert late not in clock_problem(arriving(0.0), arriving(5.0), 1.0, 0.5)  # not even then
+    assert late not in clock_problem(arriving(-0.5), arriving(0.3), 1.0, 0.5)
