@@ -40,6 +40,13 @@ INSTANT = 0.1
 SHORTENING_COSTS = 1.02
 """The bias's time constant is shortened while that increases the misfit by no more than this."""
 
+OUTLIER_THRESHOLD = 4.0
+"""Fits bound innovations of S2 at this many standard deviations, unless given: of normal ones, one
+in 16,000 is beyond it."""
+
+BOUNDING_COSTS = 1.02
+"""Innovations of S2 are bounded unless that increases the misfit by more than this."""
+
 UNSEEN = 1.5
 """Without a truth, errors are larger by this than what S2's innovations show."""
 
@@ -192,7 +199,8 @@ def tune_to(
     begun = [_begun(each) for each in trials]
     before = parameters or Parameters()
     sensors = typical([each.sensors for each in begun])
-    base = replace(before, {"self_tuning": False})
+    threshold = before.s2.outlier_threshold or OUTLIER_THRESHOLD
+    base = replace(before, {"self_tuning": False, "s2.outlier_threshold": threshold})
     if before.s1.timeout > 0.0:  # else it is automatic
         patience = {"s1.timeout": max(before.s1.timeout, S1_PATIENCE * sensors.s1_interval)}
         base = replace(base, allowed(Parameters, patience))
@@ -217,8 +225,12 @@ def tune_to(
     s2_samples = sum(int(each.s2_known[-1]) for each in problem.recordings)
     best = model_selection.chosen(candidates, s2_samples, with_truth, sensors.related)
     final = best.parameters
+    if before.s2.outlier_threshold <= 0.0:
+        final = bounded_if_cheap(problem, final)
     if with_truth:
-        final = shorten_bias_time_constant(problem, simplified(problem, final))
+        final = simplified(problem, final)
+        if s2_samples >= model_selection.ENOUGH_S2:  # else they do not show what it costs
+            final = shorten_bias_time_constant(problem, final)
     elif sensors.related:
         final = with_low_pass(problem, sensors, final)
     final = with_safety_net(problem, final)
@@ -297,6 +309,22 @@ def _begun(trial: Trial) -> _Begun:
     except TuneError as error:
         raise TuneError(f"{trial.name}: {error}" if trial.name else str(error)) from None
     return _Begun(series, sensors, target, counted)
+
+
+def bounded_if_cheap(problem: Problem, parameters: Parameters) -> Parameters:
+    """Let S2's innovations count without bound if bounding them costs more than next to nothing.
+
+    Garbage of S2 is often missing from a recording, and correct samples of it are seldom far off.
+
+    Args:
+        problem: What was fitted.
+        parameters: The result; nothing is bounded unless the bias is learnt.
+    """
+    unbounded = replace(parameters, {"s2.outlier_threshold": 0.0})
+    if not parameters.s1.bias_time_constant > 0.0:
+        return unbounded
+    is_cheap = problem.misfit(parameters) <= BOUNDING_COSTS * problem.misfit(unbounded)
+    return parameters if is_cheap else unbounded
 
 
 def with_low_pass(problem: Problem, sensors: Characteristics, parameters: Parameters) -> Parameters:

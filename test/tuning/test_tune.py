@@ -13,7 +13,7 @@ from tuning.standins import standin
 
 from fuzzy_fusion_ros.baselines import methods
 from fuzzy_fusion_ros.batch.arrays import Reals, Stamps
-from fuzzy_fusion_ros.batch.series import Series, fusion, run
+from fuzzy_fusion_ros.batch.series import Series, fusion, run, values
 from fuzzy_fusion_ros.core.estimator import FUSED
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import flatten, replace
@@ -39,7 +39,9 @@ from fuzzy_fusion_ros.tuning.report import as_json, comments, described, outcome
 from fuzzy_fusion_ros.tuning.together import oddities, typical
 from fuzzy_fusion_ros.tuning.tune import (
     INSTANT,
+    OUTLIER_THRESHOLD,
     SHORTENING_COSTS,
+    bounded_if_cheap,
     error_of,
     rounded,
     shorten_bias_time_constant,
@@ -234,6 +236,30 @@ def test_the_bias_is_learnt_as_quickly_as_costs_next_to_nothing(recording: Made)
     assert problem.misfit(quick) <= SHORTENING_COSTS * problem.misfit(slow)
     unlearnt = replace(slow, {"s1.bias_time_constant": INSTANT * 0.1})
     assert shorten_bias_time_constant(problem, unlearnt) == unlearnt
+
+
+def test_innovations_of_s2_are_bounded_where_that_costs_next_to_nothing(recording: Made) -> None:
+    series, truth = recording
+    problem = Problem([series], truth, series.s2_known > 0, Parameters())
+    weights = {f"aggregator.weight.{each}": 0.0 for each in _WEIGHTS}
+    learning = replace(Parameters(), {**weights, "s1.bias_time_constant": 0.5, **_LAG})
+    bounded = replace(learning, {"s2.outlier_threshold": OUTLIER_THRESHOLD})
+    assert bounded_if_cheap(problem, bounded) == bounded
+    right = problem._replace(target=values(fusion(learning), series))
+    assert bounded_if_cheap(right, replace(learning, {"s2.outlier_threshold": 0.1})) == learning
+    blend = replace(bounded, {"s1.bias_time_constant": 0.0})
+    assert bounded_if_cheap(problem, blend).s2.outlier_threshold == 0.0
+
+
+def test_garbage_of_s2_that_the_recording_lacks_does_little_harm(
+    tuned: Tuned, unseen: Made
+) -> None:
+    s2 = unseen.series.s2.copy()
+    s2[20::40] += 30.0
+    assert tuned.parameters.s2.outlier_threshold == OUTLIER_THRESHOLD
+    clean = rmse(run(fusion(tuned.parameters), unseen.series).value, unseen)
+    value = run(fusion(tuned.parameters), unseen.series._replace(s2=s2)).value
+    assert rmse(value, unseen) < 2.0 * clean
 
 
 def test_a_perfect_s1_leaves_s1(patch: pytest.MonkeyPatch) -> None:
