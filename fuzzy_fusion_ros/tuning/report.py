@@ -13,6 +13,7 @@ from fuzzy_fusion_ros.parameters.group import flatten
 from fuzzy_fusion_ros.text.table import bag_table, text_table
 from fuzzy_fusion_ros.tuning.candidates import LOST_AFTER
 from fuzzy_fusion_ros.tuning.characterise import Characteristics
+from fuzzy_fusion_ros.tuning.model_selection import ENOUGH_S2
 from fuzzy_fusion_ros.tuning.tune import Tuned
 
 WORSE = 1.001
@@ -145,7 +146,7 @@ def recording_notes(tuned: Tuned, unit: str, of_one_bag: bool = False) -> list[l
 
 
 def outcome(tuned: Tuned, unit: str) -> str:
-    """Return the gain in one line.
+    """Return the gain in one line, with a warning if S2 has said too little to rely on it.
 
     Args:
         tuned: The result of tuning.
@@ -156,6 +157,16 @@ def outcome(tuned: Tuned, unit: str) -> str:
         f"RMSE {tuned.before_error:.4g}{u} before, {tuned.error:.4g}{u} after; "
         f"S2 counts as lost after {tuned.parameters.s2.timeout:.3g} s"
         + ("" if tuned.parameters.predictor.enabled else "; the predictor would not help")
+        + _warning(tuned)
+    )
+
+
+def _warning(tuned: Tuned) -> str:
+    if tuned.with_truth or tuned.s2_samples >= ENOUGH_S2:
+        return ""
+    return (
+        f". WARNING: {tuned.s2_samples} samples of S2 and no truth cannot show which sensor is "
+        f"better, so one alone may be better than this; record at least {ENOUGH_S2}"
     )
 
 

@@ -111,6 +111,7 @@ class Tuned(NamedTuple):
 
     Attributes:
         sensors: What the sensors are like.
+        s2_samples: How many samples of S2 there are.
         with_truth: Whether the target is a truth.
         target: What the fits are to, at each S1 sample, shape (n,), NaN where unknown.
         counted: Where the target counts, shape (n,).
@@ -126,6 +127,7 @@ class Tuned(NamedTuple):
     """
 
     sensors: Characteristics
+    s2_samples: int
     with_truth: bool
     target: Reals
     counted: Flags
@@ -247,6 +249,7 @@ def tune_to(
     }
     return Tuned(
         sensors=sensors,
+        s2_samples=s2_samples,
         with_truth=with_truth,
         target=problem.target,
         counted=problem.counted,

@@ -29,6 +29,7 @@ from fuzzy_fusion_ros.tuning import (
 from fuzzy_fusion_ros.tuning.fit import Problem
 from fuzzy_fusion_ros.tuning.model_selection import (
     BLOCKS,
+    ENOUGH_S2,
     FittedCandidate,
     chosen,
     errors_by_part,
@@ -444,6 +445,13 @@ def test_the_predictor_is_taken_only_where_it_helps() -> None:
 
 _LAG = {"s2.lag_time_constant": 0.4, "s2.delay": 0.2}
 _WEIGHTS = ("very_small", "small", "large", "very_large")
+
+
+def test_few_samples_of_s2_without_a_truth_are_warned_of(tuned: Tuned) -> None:
+    few = tuned._replace(s2_samples=ENOUGH_S2 - 1)
+    assert "WARNING" not in outcome(tuned._replace(with_truth=False), "")
+    assert "WARNING" not in outcome(few, "")
+    assert "WARNING: 49 samples of S2 and no truth" in outcome(few._replace(with_truth=False), "")
 
 
 def test_the_comments_tell_all(tuned: Tuned) -> None:
