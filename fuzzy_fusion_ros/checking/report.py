@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 import math
+import re
 import textwrap
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from fuzzy_fusion_ros.checking.check import Character, Check
 from fuzzy_fusion_ros.checking.finding import Finding
+from fuzzy_fusion_ros.checking.presets import Advice
 from fuzzy_fusion_ros.checking.relation import Kind, Relation
 from fuzzy_fusion_ros.checking.survey import Field, Together
 from fuzzy_fusion_ros.online.clocks import apart, duration
@@ -85,6 +87,44 @@ def survey_json(found: Sequence[Together]) -> list[dict[str, Any]]:
         }
         for each in found
     ]
+
+
+def advice_text(advice: Sequence[Advice]) -> str:
+    """Return which presets suit a recording, and the options that choose its sensors."""
+    lines = ["presets that suit: fuzzy-fusion tune BAG --params config/presets/NAME OPTIONS"]
+    for each in advice:
+        with_more = f" with {' and '.join(each.additions)}" if each.additions else ""
+        lines.append(f"{each.job.preset}.yaml{with_more}: {_why(each)}")
+        lines.append(textwrap.indent(_wrapped_options(each.options), "  "))
+    return "\n".join(lines)
+
+
+def advice_json(advice: Advice) -> dict[str, Any]:
+    """Return a preset that suits a recording as ``check --json`` writes it."""
+    return {
+        "preset": f"{advice.job.preset}.yaml",
+        "set": advice.additions,
+        "options": advice.options,
+        "correlation": None if advice.relation is None else advice.relation.correlation,
+    }
+
+
+def _why(advice: Advice) -> str:
+    if advice.relation is None:
+        return "gyro and accelerometer of one message"
+    relation = advice.relation
+    return f"correlation {relation.correlation:.3f}, lag {_signed_seconds(relation.lag)}"
+
+
+def _wrapped_options(options: str) -> str:
+    """Return options on lines of a terminal, broken before options only."""
+    lines = [""]
+    for option in re.split(r" (?=--)", options):
+        if lines[-1] and len(lines[-1]) + len(option) > WIDTH - 8:
+            lines[-1] += " \\"
+            lines.append("")
+        lines[-1] = f"{lines[-1]} {option}".lstrip()
+    return "\n".join(lines)
 
 
 def _characters(check: Check) -> str:

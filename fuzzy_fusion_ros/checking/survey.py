@@ -89,7 +89,7 @@ def survey(fields: Sequence[Field]) -> list[Together]:
     Args:
         fields: The fields.
     """
-    moving = [each for each in fields if _moves(each.motion)]
+    moving = [each for each in fields if moves(each.motion)]
     moving = sorted(moving, key=lambda each: -each.motion.values.size)[:MOST_FIELDS]
     if len(moving) < 2:
         return []
@@ -100,7 +100,8 @@ def survey(fields: Sequence[Field]) -> list[Together]:
     return sorted(sure, key=lambda each: -each.relation.correlation)
 
 
-def _moves(motion: Motion) -> bool:
+def moves(motion: Motion) -> bool:
+    """Return whether a number changes, and has enough samples to be compared."""
     return motion.values.size >= FEWEST_SAMPLES and bool(np.ptp(motion.values) > 0.0)
 
 

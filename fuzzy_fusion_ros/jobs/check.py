@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from fuzzy_fusion_ros.bag import open_bag
 from fuzzy_fusion_ros.checking import report
 from fuzzy_fusion_ros.checking.check import Check
+from fuzzy_fusion_ros.checking.presets import Advice
 from fuzzy_fusion_ros.checking.survey import Together
 from fuzzy_fusion_ros.jobs.parameter_file import Source, fusion_parameters
 from fuzzy_fusion_ros.jobs.progress import SILENT, Progress
@@ -23,11 +24,13 @@ class CheckResult(NamedTuple):
         check: Its two sensors and the problems found; None if no topics were named and it has no
             default topics.
         together: Its numbers that move together, most certain first; None if not searched.
+        advice: Presets that suit them.
         notes: Parts of the bag that could not be read, one line each.
     """
 
     check: Check | None
     together: tuple[Together, ...] | None
+    advice: tuple[Advice, ...]
     notes: tuple[str, ...]
 
     @property
@@ -39,6 +42,7 @@ class CheckResult(NamedTuple):
         """Return it as text for a terminal."""
         parts = [] if self.check is None else [report.check_text(self.check)]
         parts += [] if self.together is None else [report.survey_text(self.together)]
+        parts += [report.advice_text(self.advice)] if self.advice else []
         return "\n\n".join(parts)
 
     def as_json(self) -> dict[str, Any]:
@@ -46,6 +50,7 @@ class CheckResult(NamedTuple):
         return {
             "check": None if self.check is None else report.check_json(self.check),
             "together": None if self.together is None else report.survey_json(self.together),
+            "presets": [report.advice_json(each) for each in self.advice],
         }
 
 
@@ -76,7 +81,7 @@ def check(
     given = topics or Topics()
     base = fusion_parameters(parameters).channel(given.channel)
     with open_bag(bag) as reader:
-        checked, together = None, None
+        checked = None
         wanted = given.found_in(reader)
         if topics is not None or {wanted.s1, wanted.s2} <= reader.topics.keys():
             checked = check_bag(
@@ -87,13 +92,14 @@ def check(
                 end,
                 progress.reading(f"reading {bag}"),
             )
-        if topics is None:
-            together = tuple(
-                survey_bag(
-                    reader,
-                    start,
-                    end,
-                    progress.reading(f"searching {bag}", reader.message_count),
-                )
-            )
-        return CheckResult(checked, together, tuple(reader.problems))
+        if topics is not None:
+            return CheckResult(checked, None, (), tuple(reader.problems))
+        found = survey_bag(
+            reader,
+            start,
+            end,
+            progress.reading(f"searching {bag}", reader.message_count),
+        )
+        return CheckResult(
+            checked, tuple(found.together), tuple(found.advice), tuple(reader.problems)
+        )

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice, takewhile
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,9 +15,10 @@ from fuzzy_fusion_ros.bag.reader import BagReader
 from fuzzy_fusion_ros.batch.arrays import seconds_since
 from fuzzy_fusion_ros.checking.check import Check, check
 from fuzzy_fusion_ros.checking.motion import motion_of
+from fuzzy_fusion_ros.checking.presets import Advice, advise
 from fuzzy_fusion_ros.checking.recent import warnings
 from fuzzy_fusion_ros.checking.samples import SensorSamples, two_sensors
-from fuzzy_fusion_ros.checking.survey import Field, Together, survey
+from fuzzy_fusion_ros.checking.survey import Field, Together, moves, survey
 from fuzzy_fusion_ros.checking.values import wrap_of
 from fuzzy_fusion_ros.messages import ScalarCodec, computed_fields, numeric_fields
 from fuzzy_fusion_ros.messages.codec import codec_for
@@ -127,13 +129,25 @@ def _samples(name: str, source: Source, raw: RawSamples) -> SensorSamples:
     )
 
 
+class Survey(NamedTuple):
+    """What the numbers of a bag have in common.
+
+    Attributes:
+        together: Those that move together, most certain first.
+        advice: Presets that suit them.
+    """
+
+    together: list[Together]
+    advice: list[Advice]
+
+
 def survey_bag(
     bag: BagReader,
     start_s: float | None = None,
     end_s: float | None = None,
     progress: Progress = lambda blocks: blocks,
-) -> list[Together]:
-    """Return which numbers in a bag move together, most certain first.
+) -> Survey:
+    """Return which numbers in a bag move together, and which presets suit them.
 
     Args:
         bag: The bag.
@@ -144,7 +158,9 @@ def survey_bag(
     bag.require_messages_from(start_s)
     sources = _sources(bag)
     raw = read_raw(bag, sources, start_s, end_s, progress, _strides(bag, sources.values()))
-    return survey(list(_fields(sources, raw, bag.start_ns or 0)))
+    fields = list(_fields(sources, raw, bag.start_ns or 0))
+    together = survey(fields)
+    return Survey(together, advise([each for each in fields if moves(each.motion)], together))
 
 
 def _sources(bag: BagReader) -> dict[str, Source]:

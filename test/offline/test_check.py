@@ -30,7 +30,7 @@ def checked(path: Path, topics: Topics | None = None, **window: float) -> Check:
 
 def surveyed(path: Path) -> list[Together]:
     with open_bag(path) as bag:
-        return survey_bag(bag)
+        return survey_bag(bag).together
 
 
 def motion(time_s: float) -> float:

@@ -68,9 +68,12 @@ def test_check_without_topics_finds_its_fields(tmp_path: Path, name: str, channe
     rig = RIGS[name]
     parameters = parameters_from(PRESETS / f"{name}.yaml").channel(channel)
     with open_bag(write_rig(tmp_path / "bag", rig)) as bag:
-        found = {(each.s1.topic, each.s1.path, each.s2.path): each for each in survey_bag(bag)}
+        together, advice = survey_bag(bag)
+    found = {(each.s1.topic, each.s1.path, each.s2.path): each for each in together}
     pair = found[rig.s1.topic, parameters.s1.field, parameters.s2.field]
     assert (pair.relation.kind is Kind.S1_RATE) == (parameters.s1.kind == "rate")
+    if not channel:
+        assert name in {each.job.preset for each in advice}
 
 
 @pytest.mark.parametrize("name", RIGS)
