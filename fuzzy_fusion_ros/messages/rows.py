@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,9 @@ from fuzzy_fusion_ros.messages.type_fields import FLOATS
 Rows = NDArray[np.uint8]
 """Messages of the same length, shape (n, bytes)."""
 
+Reals = NDArray[np.float64]
+"""Numbers, shape (n,)."""
+
 _END_OF_STAMPS = 2**31 * SECOND_NS
 
 
@@ -25,7 +29,7 @@ def repeated(message: bytes, times: int) -> Rows:
     return np.tile(np.frombuffer(message, np.uint8), (times, 1))
 
 
-def put(rows: Rows, at: int, form: str, numbers: NDArray[np.float64] | NDArray[np.int64]) -> bool:
+def put(rows: Rows, at: int, form: str, numbers: Reals | NDArray[np.int64]) -> bool:
     """Write a number into each row.
 
     Args:
@@ -82,7 +86,7 @@ def filled(
     rows: Rows,
     codec: ScalarCodec,
     place: Place,
-    values: NDArray[np.float64],
+    values: Reals,
     stamps_ns: NDArray[np.int64],
 ) -> bool:
     """Write scalars and stamps into rows, as templates do one by one.
@@ -100,10 +104,11 @@ def filled(
     write = codec.function.write
     if write is None:
         return False
+    on_arrays = cast("Callable[[tuple[()], Reals], tuple[Reals]]", write)  # the same arithmetic
     with np.errstate(over="ignore", invalid="ignore"):
-        (numbers,) = write((), values)  # type: ignore[arg-type]  # arithmetic of arrays is the same
+        (numbers,) = on_arrays((), values)
     ((form, at),) = place.numbers
-    fit = put(rows, at, form, numbers)  # type: ignore[arg-type]
+    fit = put(rows, at, form, numbers)
     if place.stamp_at is not None:
         fit = put_stamps(rows, place.stamp_at, form[0], stamps_ns) and fit
     return fit

@@ -15,7 +15,7 @@ import math
 from collections import namedtuple
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from fuzzy_fusion_ros.parameters.errors import ParameterError
 
@@ -81,7 +81,8 @@ class Descriptor:
         if not fits:
             unit = f" ({self.unit})" if self.unit else ""
             raise ParameterError(name, f"got {value!r}, expected {self.range}{unit}")
-        return float(value) if self.kind is float else value  # type: ignore[arg-type,return-value]  # narrowed by the checks above
+        checked = cast(Value, value)
+        return float(checked) if self.kind is float and isinstance(checked, int) else checked
 
 
 def real(
@@ -171,7 +172,7 @@ def descriptors(kind: type[Group], prefix: str = "") -> Iterator[tuple[str, Desc
         if isinstance(field.default, Group):
             yield from _nested_descriptors(field.default, name + ".")
         elif "descriptor" in field.metadata:
-            yield name, field.metadata["descriptor"], field.default  # type: ignore[misc]
+            yield name, field.metadata["descriptor"], cast(Value, field.default)
 
 
 def _nested_descriptors(default: Group, prefix: str) -> Iterator[tuple[str, Descriptor, Value]]:

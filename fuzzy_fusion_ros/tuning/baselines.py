@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -170,7 +170,7 @@ def _samples(series: Series) -> int:
 
 
 def _axis(name: str, value: Value) -> Axis:
-    usual = float(value)  # type: ignore[arg-type]  # baselines have numbers only
+    usual = float(cast(float, value))  # baselines have numbers only
     if name.endswith(".weight"):
         return Axis(name, 0.0, 1.0, usual, logarithmic=False)
     return Axis(name, usual / REACH, usual * REACH, usual)

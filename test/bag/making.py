@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import struct
 from collections.abc import Iterable, Mapping, Sequence
@@ -10,6 +11,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+import zstandard
+from mcap.exceptions import McapError
+from mcap.records import Message
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, IndexType
 from mcap.writer import Writer as LibraryMcapWriter
@@ -148,12 +152,10 @@ def chunk_ends(data: bytes) -> list[int]:
 def salvage_by_mcap(data: bytes) -> list[bytes]:
     """Return the messages that mcap's own reader finds before it gives up."""
     found = []
-    try:
+    with contextlib.suppress(McapError, struct.error, zstandard.ZstdError):  # all that a cut gives
         for record in StreamReader(io.BytesIO(data), validate_crcs=True).records:
-            if type(record).__name__ == "Message":
-                found.append(record.data)  # type: ignore[attr-defined]
-    except Exception:  # of any kind, which is why it is not used
-        pass
+            if isinstance(record, Message):
+                found.append(record.data)
     return found
 
 

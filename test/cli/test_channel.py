@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
@@ -107,7 +108,7 @@ def test_tune_keeps_the_other_channels(bag: Path, params: Path, tmp_path: Path) 
     assert baseline_parameters(again, "x") == baseline_parameters(again, "z") == result.baselines
 
 
-@pytest.mark.parametrize("program", [check, explain, score, tune])
+@pytest.mark.parametrize("command", [check.main, explain.main, score.main, tune.main])
 @pytest.mark.parametrize(
     ("channel", "problem"),
     [
@@ -119,12 +120,12 @@ def test_a_channel_has_to_be_chosen(
     bag: Path,
     params: Path,
     capsys: pytest.CaptureFixture[str],
-    program: object,
+    command: Callable[[Sequence[str]], int],
     channel: list[str],
     problem: str,
 ) -> None:
-    at = ["--at", "1.0"] if program is explain else []
-    assert program.main([str(bag), "--params", str(params), *channel, *at]) == 2  # type: ignore[attr-defined]
+    at = ["--at", "1.0"] if command is explain.main else []
+    assert command([str(bag), "--params", str(params), *channel, *at]) == 2
     assert problem in capsys.readouterr().err
 
 

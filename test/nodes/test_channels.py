@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Iterable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from fuzzy_fusion_ros.offline.topics import Topics
 from fuzzy_fusion_ros.parameters.errors import FusionError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
+from fuzzy_fusion_ros.ros.subscription import RawSubscription
 from fuzzy_fusion_ros.testing import Harness
 
 POINT = "geometry_msgs/msg/PointStamped"
@@ -102,6 +104,10 @@ def test_each_channel_is_a_replay_of_its_own(tmp_path: Path) -> None:
         assert_each_is_a_node_of_its_own(together, alone, axis)
 
 
+def has_received(subscription: RawSubscription, more_than: int) -> bool:
+    return subscription.received > more_than
+
+
 def run(folder: Path, changes: dict[str, Any]) -> Path:
     """Run a node on the stream over DDS; return what it has recorded."""
     with Harness() as harness:
@@ -110,9 +116,10 @@ def run(folder: Path, changes: dict[str, Any]) -> Path:
         harness.spin_until_matched(*publishers.values())
         inputs = {"/s1": node.channels[0].s1, "/s2": node.channels[0].s2}
         for topic, stamp_ns, values in stream():
-            taken = inputs[topic].subscription.received
+            subscription = inputs[topic].subscription
+            more_than = subscription.received
             publishers[topic].publish(point(stamp_ns, values))
-            harness.spin_until(lambda: inputs[topic].subscription.received > taken)  # noqa: B023
+            harness.spin_until(partial(has_received, subscription, more_than))
     return folder
 
 
