@@ -158,13 +158,22 @@ def test_idl_that_people_write_is_read(text: str) -> None:
     assert "value" in types(text, "ros2idl").fields(PAIR)
 
 
-def test_many_constants_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(definitions, "MOST_CONSTANTS", 50)
-    text = "module odd_msgs {{ module msg {{ {} struct Pair {{ double value; }}; }}; }};"
-    constants = " ".join(f"const long A{k} = {k};" for k in range(definitions.MOST_CONSTANTS + 1))
-    assert types(text.format(constants[: constants.rindex("const")]), "ros2idl").fields(PAIR)
-    with pytest.raises(MessageError, match="more than 50 constants"):
-        types(text.format(constants), "ros2idl").fields(PAIR)
+def with_constants(count: int) -> BagTypes:
+    """Return the types of a bag whose IDL has constants."""
+    constants = " ".join(f"const long A{k} = {k};" for k in range(count))
+    struct = "struct Pair { double value; };"
+    return types(f"module odd_msgs {{ module msg {{ {constants} {struct} }}; }};", "ros2idl")
+
+
+@pytest.mark.parametrize("most", [50, pytest.param(1000, marks=pytest.mark.slow("as with 50"))])
+def test_constants_are_read_up_to_a_number(most: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(definitions, "MOST_CONSTANTS", most)
+    assert with_constants(most).fields(PAIR)
+
+
+def test_more_than_a_thousand_constants_are_refused() -> None:
+    with pytest.raises(MessageError, match="more than 1000 constants"):
+        with_constants(1001).fields(PAIR)
 
 
 def test_a_message_that_is_made_is_bounded() -> None:

@@ -33,7 +33,7 @@ from mcap.writer import CompressionType, IndexType
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from fuzzy_fusion_ros.bag import BagMessage, BagWriter, open_bag
-from fuzzy_fusion_ros.bag.block import Block, gathered, one_by_one, together
+from fuzzy_fusion_ros.bag.block import BLOCK_BYTES, Block, gathered, one_by_one, together
 from fuzzy_fusion_ros.bag.mcap import file
 from fuzzy_fusion_ros.parameters.errors import BagError
 
@@ -466,6 +466,19 @@ def test_memory_is_flat_in_the_length_of_a_bag(
         tracemalloc.stop()
     assert count == 20_000
     assert peak < 1_000_000
+
+
+def test_memory_is_flat_with_blocks_as_shipped(tmp_path: Path) -> None:
+    """Of 16 MB in messages, at most 6 are alive at a time."""
+    large = [BagMessage("/cam", FLOAT, BEGIN_NS + at, bytes(40_000)) for at in range(400)]
+    path = write_bag(tmp_path / "bag", large)
+    with open_bag(path) as bag:
+        tracemalloc.start()
+        count = sum(1 for _ in bag.messages())
+        _, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+    assert count == len(large)
+    assert BLOCK_BYTES <= peak < 6 * BLOCK_BYTES
 
 
 def test_chunks_that_overlap_are_copied_once(

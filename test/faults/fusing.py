@@ -15,6 +15,7 @@ from fuzzy_fusion_ros.online.guard import Drop
 from fuzzy_fusion_ros.online.trigger import PENDING, Step
 from fuzzy_fusion_ros.online.verdict import Fused
 from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import flatten
 
 
 class Ran(NamedTuple):
@@ -24,11 +25,23 @@ class Ran(NamedTuple):
         estimates: All estimates in order.
         dropped: What the guards counted, by sensor.
         restarts: How often time was seen to jump back.
+        bounded: How many estimates were compared with both sensors.
     """
 
     estimates: list[Fused]
     dropped: dict[str, Counter[Drop]]
     restarts: int
+    bounded: int
+
+
+CONDITIONING = (
+    "s1.spike_threshold",
+    "s1.lowpass_time_constant",
+    "s1.bias_time_constant",
+    "signal.period",
+    "self_tuning",
+)
+"""With one of these, an estimate is not bounded by samples as they come."""
 
 
 class Watched:
@@ -36,20 +49,14 @@ class Watched:
 
     Attributes:
         fusion: The fusion.
+        bounded: How many estimates have been compared with both sensors.
     """
 
     def __init__(self, parameters: Parameters) -> None:
         self.fusion = Fusion(parameters)
-        s1 = parameters.s1
-        self._conditioned = any(
-            (
-                s1.spike_threshold,
-                s1.lowpass_time_constant,
-                s1.bias_time_constant,
-                parameters.signal.period,
-                parameters.self_tuning,
-            )
-        )
+        self.bounded = 0
+        values = flatten(parameters)
+        self._conditioned = any(values[name] for name in CONDITIONING)
         self._recent: dict[str, dict[int, float]] = {"s1": {}, "s2": {}}
 
     def receive(self, arrival: Arrival) -> tuple[Fused, ...]:
@@ -90,6 +97,7 @@ class Watched:
             assert min(s1, s2) - fa.drift <= fa.value <= max(s1, s2) + fa.drift
             drift = self.fusion.parameters.aggregator.drift
             assert fa.drift <= max(drift.small, drift.large) * (1.0 + 1e-12)
+            self.bounded += 1
         else:
             assert fa.value in (s1, s2)
 
@@ -120,7 +128,7 @@ def run(parameters: Parameters, stream: Stream) -> Ran:
     estimates = [fused for each in stream for fused in watched.receive(each)]
     fusion = watched.fusion
     dropped = {"s1": fusion.s1.dropped, "s2": fusion.s2.dropped}
-    return Ran(estimates, dropped, fusion.restarts)
+    return Ran(estimates, dropped, fusion.restarts, watched.bounded)
 
 
 def recovery(clean: Ran, injected: Injected, ran: Ran, within: float) -> int:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from faults.commands import mannerly, no_hang
-from faults.fusing import run
+from faults.fusing import CONDITIONING, run
 from faults.mutations import CHANGES_MESSAGES, Original, mutated
 from faults.streams import Stream
 from fuzzy_fusion_ros.bag import jazzy_types, open_bag
@@ -80,8 +80,22 @@ NUMBERS: tuple[Any, ...] = (
 )
 
 
+CHANNELS = (
+    "roll", "pitch", "Yaw", "axis_2", "s1", "s2", "rate", "qos", "own", "channels", "", "a.b",
+    "a b", "a__b", "_a", "a_", "2nd", "é", "\x00", "\n", "x" * 300, "use_sim_time",
+)  # fmt: skip
+USABLE = 4
+"""How many of them are allowed."""
+
+
 def parameter_sets(stream: Stream, seeds: Iterable[int]) -> Counter[str]:
     """Try parameter sets; what is accepted must fuse a stream to finite, bounded estimates.
+
+    Half of them leave S1 as it comes; one in three has channels, most of these with names that
+    are allowed.
+
+    Returns:
+        How many were refused and fused, and of how many estimates were compared with the sensors.
 
     Raises:
         AssertionError: It does not.
@@ -95,15 +109,25 @@ def parameter_sets(stream: Stream, seeds: Iterable[int]) -> Counter[str]:
             for name, each, _ in descriptors(Parameters)
             if rng.random() < 0.4 and each.kind not in (str, tuple)
         }
+        if rng.random() < 0.5:
+            changes = {name: each for name, each in changes.items() if name not in CONDITIONING}
         changes["trigger"] = rng.choice(("s1", "pair"))
+        if rng.random() < 0.3:
+            usual = rng.random() < 0.7
+            names = rng.sample(CHANNELS[: USABLE if usual else None], rng.randint(1, 2))
+            changes["channels"] = names
+            changes |= {f"{name}.gate.tolerance": rng.random() for name in names[1:]}
         try:
             parameters = replace(Parameters(), changes)
         except ParameterError as error:
             one_line(error)
             outcomes["refused"] += 1
             continue
-        with no_hang():
-            run(parameters, stream)
+        for name, alone in parameters.by_channel().items():
+            with no_hang():
+                ran = run(alone, stream)
+            outcomes["bounded"] += ran.bounded > 0
+            outcomes["channels"] += name != ""
         outcomes["fused"] += 1
     return outcomes
 

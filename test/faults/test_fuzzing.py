@@ -43,7 +43,8 @@ def test_mutations_repeat_themselves(whole: Original, tmp_path: Path) -> None:
 
 def test_parameter_sets() -> None:
     outcomes = fuzzing.parameter_sets(clean_stream(40, 3), range(300))
-    assert min(outcomes["fused"], outcomes["refused"]) > 30
+    assert min(outcomes["fused"], outcomes["refused"]) > 100
+    assert min(outcomes["bounded"], outcomes["channels"]) > 30
 
 
 def test_parameter_files(tmp_path: Path) -> None:
