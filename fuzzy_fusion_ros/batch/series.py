@@ -38,6 +38,9 @@ State = Any
 WORTH_COMPILING = 300_000
 """From this many samples on, compiling a method for the first time costs less than it saves."""
 
+WORTH_LOADING = 30_000
+"""As ``WORTH_COMPILING``, where an earlier process has compiled it."""
+
 _AGGREGATOR_S, _COMPLETE_S = 2e-5, 1.2e-4
 """CPU time of an interpreted step, without and with the predictor, seconds: about,"""
 
@@ -188,14 +191,18 @@ def run(
         method: The method.
         series: The samples.
         compile_from: Samples of S1, in this series and those interpreted before it, from which on
-            the loop is compiled; the result is the same to the last bit.
+            the loop is compiled, or ``WORTH_LOADING`` if it is kept on disk; the result is the same
+            to the last bit.
         first: The first row, one for each sample of S1 and of ``s2_alone``, that the trace keeps.
         every: Of this many rows from it on the trace keeps one, to save memory.
     """
     so_far = _INTERPRETED[method.update] + series.s1.size
-    if so_far < compile_from:
+    compiles = so_far >= compile_from
+    if not compiles and so_far >= WORTH_LOADING and method.compiles:
+        compiles = is_kept(_run, **_bindings(method))
+    if not compiles:
         _INTERPRETED[method.update] = so_far
-    trace, _ = advanced(method, series, compiles=so_far >= compile_from, first=first, every=every)
+    trace, _ = advanced(method, series, compiles=compiles, first=first, every=every)
     return trace
 
 

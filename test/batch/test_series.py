@@ -174,6 +174,26 @@ def test_many_short_series_are_compiled_for_like_a_long_one(
     assert bits(traces[0]) == bits(traces[2])
 
 
+@pytest.mark.parametrize("kept", [True, False])
+def test_what_is_kept_on_disk_is_used_for_shorter_series(
+    kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recorded = series_of(signals.irregular(50, seed=5))
+    compilations: list[object] = []
+
+    def compiled(loop: object, **own: object) -> object:
+        compilations.append(loop)
+        return series.interpreted(loop, **own)
+
+    monkeypatch.setattr(series, "compiled", compiled)
+    monkeypatch.setattr(series, "is_kept", lambda *_, **__: kept)
+    monkeypatch.setattr(series, "WORTH_LOADING", recorded.s1.size)
+    for part in (recorded.part(0, 49), recorded):
+        monkeypatch.setattr(series, "_INTERPRETED", Counter())
+        run(fusion(Parameters()), part, compile_from=recorded.s1.size + 1)
+        assert len(compilations) == (kept and part is recorded)
+
+
 def test_two_runs_are_the_same_and_leave_the_method_as_it_was() -> None:
     method = fusion(replace(Parameters(), VARIANTS["everything"]))
     recorded = series_of(signals.irregular(200))
