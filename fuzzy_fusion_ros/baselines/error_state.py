@@ -129,7 +129,7 @@ def update(
     )
     if state.s2_samples == 0:
         return waiting(), kept
-    return estimated(bounded(s1.x - bias.x), 1.0), kept
+    return estimated(bounded(s1.x - bias.x), 1.0, s1.xx + bias.xx), kept
 
 
 def without_s1(parameters: ErrorStateParameters, state: ErrorState, stamp_ns: int) -> Estimate:

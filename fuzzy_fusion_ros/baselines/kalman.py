@@ -100,12 +100,12 @@ def update(
         stamp_ns=max(state.stamp_ns, stamp_ns),
         belief=belief,
     )
-    return estimated(belief.signal, gain), kept
+    return estimated(belief.signal, gain, belief.p_signal), kept
 
 
 def without_s1(parameters: KalmanParameters, state: Kalman, stamp_ns: int) -> Estimate:
     """Estimate at a sample of S2 that has been observed."""
-    return estimated(state.belief.signal, 0.0)
+    return estimated(state.belief.signal, 0.0, state.belief.p_signal)
 
 
 def predict(parameters: KalmanParameters, belief: Belief, dt: float) -> Belief:

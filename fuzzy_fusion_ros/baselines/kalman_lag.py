@@ -129,12 +129,12 @@ def update(
         s2=state.s2,
         belief=belief,
     )
-    return estimated(belief.mean.s, 0.0), kept
+    return estimated(belief.mean.s, 0.0, belief.covariance.ss), kept
 
 
 def without_s1(parameters: KalmanLagParameters, state: KalmanLag, stamp_ns: int) -> Estimate:
     """Estimate at a sample of S2 that has been observed."""
-    return estimated(state.belief.mean.s, 0.0)
+    return estimated(state.belief.mean.s, 0.0, state.belief.covariance.ss)
 
 
 def first_belief(parameters: KalmanLagParameters, s2: float) -> Belief:

@@ -17,6 +17,7 @@ from fuzzy_fusion_ros.baselines.parameters import (
     ConstantWeightParameters,
     ErrorStateParameters,
     KalmanLagParameters,
+    KalmanParameters,
 )
 from fuzzy_fusion_ros.batch.series import Method
 from fuzzy_fusion_ros.parameters.group import flatten
@@ -30,17 +31,25 @@ class Baseline(NamedTuple):
         moved: Dotted names of the numbers that a fit moves. Where only ratios of noises matter,
             one of them is fixed.
         switches: Dotted names of the booleans of which a fit tries both values.
+        scaled: Dotted names of the noises of which only the ratios determine the estimate; their
+            common factor determines its standard deviation.
     """
 
     method: Callable[[BaselineParameters], Method]
     moved: tuple[str, ...] = ()
     switches: tuple[str, ...] = ()
+    scaled: tuple[str, ...] = ()
 
 
 def _fitted_with_drive(name: str) -> tuple[str, ...]:
     """Name what a fit moves of a Kalman filter with S2's lag, apart from what drives its signal."""
     drives = {"process_noise", "velocity_deviation", "velocity_time_constant"}
     return tuple(f"{name}.{each}" for each in flatten(KalmanLagParameters()) if each not in drives)
+
+
+def _noises(name: str) -> tuple[str, ...]:
+    """Name the noises of a Kalman filter without S2's lag."""
+    return tuple(f"{name}.{each}" for each in flatten(KalmanParameters()) if each != "biased")
 
 
 BASELINES: Mapping[str, Baseline] = MappingProxyType(
@@ -65,10 +74,12 @@ BASELINES: Mapping[str, Baseline] = MappingProxyType(
         "kalman": Baseline(
             lambda parameters: kalman(parameters.kalman),
             ("kalman.s1_noise", "kalman.s2_noise"),
+            scaled=_noises("kalman"),
         ),
         "kalman_bias": Baseline(
             lambda parameters: kalman(parameters.kalman_bias),
             ("kalman_bias.s1_noise", "kalman_bias.s2_noise", "kalman_bias.bias_noise"),
+            scaled=_noises("kalman_bias"),
         ),
         "kalman_lag": Baseline(
             lambda parameters: kalman_lag(parameters.kalman_lag),

@@ -11,8 +11,9 @@ import numpy as np
 
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, baselines_for
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals, root_mean_square
-from fuzzy_fusion_ros.batch.series import Series, values
-from fuzzy_fusion_ros.parameters.group import Value, flatten, replace
+from fuzzy_fusion_ros.batch.series import Series, run, values
+from fuzzy_fusion_ros.parameters.group import Value, allowed, flatten, replace
+from fuzzy_fusion_ros.tuning.characterise import TINY
 from fuzzy_fusion_ros.tuning.search import Minimum, Pool, Progress, Search
 from fuzzy_fusion_ros.tuning.space import Axis, Space, space_of
 
@@ -137,7 +138,39 @@ def fit_baselines_in(
         switched = flatten(attempt.parameters)
         switches = {each: switched[each] for each in BASELINES[name].switches}
         parameters = replace(parameters, {**switches, **attempt.space.values(fit.point)})
+        parameters = scaled_to_errors(parameters, name, recordings, wanted, counted)
     return FittedBaselines(parameters, {name: fit.cost for name, (fit, _) in best.items()})
+
+
+def scaled_to_errors(
+    parameters: BaselineParameters,
+    name: str,
+    recordings: Sequence[Series],
+    wanted: Reals,
+    counted: Flags,
+) -> BaselineParameters:
+    """Return the parameters, noises of a filter scaled until its errors are as large as it says.
+
+    Args:
+        parameters: Of all baselines, fitted.
+        name: The baseline; its parameters stay unless only ratios of its noises matter, or if
+            they would have to leave their range.
+        recordings: What it is fitted to.
+        wanted: The target where it counts.
+        counted: Where it counts, shape (n,).
+    """
+    noises = BASELINES[name].scaled
+    if not noises:
+        return parameters
+    traces = [run(BASELINES[name].method(parameters), each) for each in recordings]
+    error = np.concatenate([each.value for each in traces])[counted] - wanted
+    deviation = np.concatenate([each.standard_deviation for each in traces])[counted]
+    factor = root_mean_square(error / np.maximum(deviation, TINY))
+    known = flatten(parameters)
+    changes = {each: factor * float(known[each]) for each in noises}  # type: ignore[arg-type]
+    if allowed(BaselineParameters, changes) != changes:
+        return parameters
+    return replace(parameters, changes)
 
 
 def attempts(derived: BaselineParameters) -> Iterator[Attempt]:

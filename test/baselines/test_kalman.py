@@ -37,7 +37,7 @@ def test_it_is_filterpys(name: str, recording: signals.Recording) -> None:
         parameters.bias_noise if parameters.biased else None,
     )
     state, seen = method.state, 0
-    found, expected = [], []
+    found, expected, variances = [], [], []
     for (stamp_ns, value), known in zip(recording.s1, recording.s2_known, strict=True):
         for s2_ns, s2 in recording.s2[seen:known]:
             state = method.observe_s2(method.parameters, state, s2_ns, s2)
@@ -47,9 +47,12 @@ def test_it_is_filterpys(name: str, recording: signals.Recording) -> None:
         if seen:
             judge.take_s1(stamp_ns * 1e-9, value)
             assert estimate.mode == FUSED
-            found.append(estimate.value)
+            found.append((estimate.value, estimate.standard_deviation**2))
             expected.append(judge.signal)
-    assert found == pytest.approx(expected, rel=1e-6, abs=1e-6)
+            variances.append(judge.variance)
+    values, squares = zip(*found, strict=True)
+    assert values == pytest.approx(expected, rel=1e-6, abs=1e-6)
+    assert squares == pytest.approx(variances, rel=1e-4)
 
 
 def test_a_constant_bias_is_found() -> None:

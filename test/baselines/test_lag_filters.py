@@ -76,7 +76,7 @@ def assert_equal(
 ) -> None:
     """Compare the estimates of a method with those of its oracle."""
     state, seen = method.state, 0
-    found, expected = [], []
+    found, expected, variances = [], [], []
     for (stamp_ns, value), known in zip(recording.s1, recording.s2_known, strict=True):
         for s2_ns, s2 in recording.s2[seen:known]:
             state = method.observe_s2(method.parameters, state, s2_ns, s2)
@@ -86,9 +86,12 @@ def assert_equal(
         judge.take_s1(stamp_ns * 1e-9, value)
         if seen:
             assert estimate.mode == FUSED
-            found.append(estimate.value)
+            found.append((estimate.value, estimate.standard_deviation**2))
             expected.append(judge.signal)
-    assert found == pytest.approx(expected, rel=1e-6, abs=1e-6)
+            variances.append(judge.variance)
+    values, squares = zip(*found, strict=True)
+    assert values == pytest.approx(expected, rel=1e-6, abs=1e-6)
+    assert squares == pytest.approx(variances, rel=1e-4)
 
 
 @pytest.mark.parametrize("recording", RECORDINGS.values(), ids=RECORDINGS)

@@ -32,6 +32,11 @@ class RandomWalks:
         """Mean of the signal."""
         return float(self._filter.x[0, 0])
 
+    @property
+    def variance(self) -> float:
+        """Variance of the signal."""
+        return float(self._filter.P[0, 0])
+
     def take_s2(self, time_s: float, value: float) -> None:
         """Take a sample of S2."""
         if self._known == 0:

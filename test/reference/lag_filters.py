@@ -47,6 +47,11 @@ class MatrixKalmanLag:
         """Mean of the signal."""
         return float(self._x[0])
 
+    @property
+    def variance(self) -> float:
+        """Variance of the signal."""
+        return float(self._p[0, 0])
+
     def take_s2(self, time_s: float, value: float) -> None:
         """Take a sample of S2."""
         it = self._it
@@ -132,6 +137,11 @@ class MatrixErrorState:
     def signal(self) -> float:
         """S1 after the low-pass, minus its bias."""
         return float(self._s1.x[0] - self._bias.x[0])
+
+    @property
+    def variance(self) -> float:
+        """Variance of both, which are taken as independent."""
+        return float(self._s1.p[0, 0] + self._bias.p[0, 0])
 
     def take_s2(self, time_s: float, value: float) -> None:
         """Take a sample of S2."""

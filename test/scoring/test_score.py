@@ -93,8 +93,12 @@ def test_the_json_is_as_documented(bag: Path) -> None:
     assert list(document["estimators"]) == ["estimate", *BASELINES]
     required = {"estimate", "s1", "s2", "average", "complementary", "kalman", "kalman_bias"}
     assert required <= set(document["estimators"])
-    for values in document["estimators"].values():
-        assert list(values) == ["rmse", "mae", "iae", "itae", "max", "bias"]
+    sure = {"kalman", "kalman_bias", "kalman_lag", "kalman_lag_cv", "error_state"}
+    for name, values in document["estimators"].items():
+        measures = ["rmse", "mae", "iae", "itae", "max", "bias"]
+        if name in sure:
+            measures += ["within_1sd", "within_2sd", "nll"]
+        assert list(values) == measures
 
 
 def test_all_are_scored_at_the_same_stamps(bag: Path) -> None:

@@ -12,7 +12,7 @@ from tuning.recordings import START_NS, Made, Sensors, made
 from tuning.standins import standin
 
 from fuzzy_fusion_ros.baselines import methods
-from fuzzy_fusion_ros.batch.arrays import Reals, Stamps
+from fuzzy_fusion_ros.batch.arrays import Reals, Stamps, root_mean_square
 from fuzzy_fusion_ros.batch.series import Series, fusion, run, values
 from fuzzy_fusion_ros.core.estimator import FUSED
 from fuzzy_fusion_ros.parameters.fusion import Parameters
@@ -185,6 +185,14 @@ def test_the_fit_is_what_it_says(tuned: Tuned, recording: Made) -> None:
     for name, method in methods(tuned.baselines).items():
         error = rmse(run(method, recording.series).value, recording)
         assert error == pytest.approx(tuned.baseline_errors[name])
+
+
+def test_linear_filters_err_as_far_as_they_say(tuned: Tuned, recording: Made) -> None:
+    known = recording.series.s2_known > 0
+    for name in ("kalman", "kalman_bias"):
+        trace = run(methods(tuned.baselines)[name], recording.series)
+        error = (trace.value - recording.truth)[known]
+        assert root_mean_square(error / trace.standard_deviation[known]) == pytest.approx(1.0)
 
 
 def test_baselines_are_fitted_alone_too(tuned: Tuned, recording: Made) -> None:
