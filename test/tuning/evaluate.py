@@ -9,7 +9,8 @@ one with ``t,s2`` whose name ends in ``_s2``.
 python test/tuning/evaluate.py --csv car_accel.csv --markdown
 
 ``constant`` is our error with the four weights of Table 1 replaced by the one that does best on the
-first half.
+first half. Bags with a truth are given by ``--bags``. Two more tables of ``--markdown`` show how
+far standard deviations hold, and what the predictor does to the error.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import argparse
 import json
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -28,11 +30,16 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from tuning.recordings import START_NS, Made
 from tuning.standins import HOSTILE, STANDINS, standin
 
+from fuzzy_fusion_ros.bag import open_bag
 from fuzzy_fusion_ros.baselines import methods
-from fuzzy_fusion_ros.batch.arrays import Flags
-from fuzzy_fusion_ros.batch.series import Series, fusion, run, values
+from fuzzy_fusion_ros.batch.arrays import Flags, nearest
+from fuzzy_fusion_ros.batch.series import Method, Series, fusion, held_s2, run, seconds, values
+from fuzzy_fusion_ros.offline.recording import read_recording
+from fuzzy_fusion_ros.offline.topics import Topics
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
+from fuzzy_fusion_ros.scoring.join import interpolated
+from fuzzy_fusion_ros.scoring.metrics import SURENESS, Matched
 from fuzzy_fusion_ros.tuning import tune
 from fuzzy_fusion_ros.tuning.characterise import TINY
 from fuzzy_fusion_ros.tuning.space import WEIGHTS
@@ -47,16 +54,21 @@ NO_WORSE = 1.03
 DOUBTS = np.geomspace(1.0, 300.0, 40)
 """Factors of S2's noise to try as the constant in place of Table 1's weights."""
 
+GATES = (0.3, 1.0, 3.0)
+"""Tolerances of the predictor's gate to try, in multiples of the error on the first half."""
+
 
 def main() -> None:
     """Print a row per kind and mode, then what they come to."""
     given = _parser().parse_args()
     first, _, last = given.seeds.partition("-")
     rows = []
-    chosen = [] if given.csv else given.kinds or [*STANDINS, *HOSTILE]
+    recordings = [(path.stem, recorded(path)) for path in given.csv]
+    recordings += [(path.name, in_bag(path)) for path in given.bags]
+    chosen = [] if recordings else given.kinds or [*STANDINS, *HOSTILE]
     kinds = [(name, seed) for name in chosen for seed in range(int(first), int(last or first) + 1)]
     cases = [(name, seed, standin(name, seed)) for name, seed in kinds]
-    cases += [(path.stem, 0, recorded(path)) for path in given.csv]
+    cases += [(name, 0, made) for name, made in recordings]
     for name, seed, made in cases:
         rows += [evaluated(name, seed, made, with_truth) for with_truth in (True, False)]
         for row in rows[-2:]:
@@ -67,7 +79,7 @@ def main() -> None:
             if these:
                 print(f"{title}, {'with' if with_truth else 'without'} truth: {summed(these)}")
     if given.markdown:
-        print("\n".join(markdown(rows)))
+        print("\n".join([*markdown(rows), "", *sureness_table(rows), "", *predictor_table(rows)]))
     if given.json:
         Path(given.json).write_text(json.dumps(rows, indent=1), encoding="utf-8")
 
@@ -86,6 +98,15 @@ def recorded(path: Path) -> Made:
     s1_ns, s2_ns = (START_NS + np.round(each["t"] * 1e9).astype(np.int64) for each in (fast, slow))
     known = np.searchsorted(s2_ns, s1_ns, side="right")
     return Made(Series(s1_ns, fast["s1"], s2_ns, slow["s2"], known), fast["ref"])
+
+
+def in_bag(path: Path) -> Made:
+    """Read a bag with a truth."""
+    with open_bag(path) as bag:
+        found = read_recording(bag, Topics().found_in(bag), Parameters())
+    series = found.series
+    truth = interpolated(found.truth, series.s1_ns, found.period)
+    return Made(series, nearest(truth, held_s2(series), found.period))
 
 
 def evaluated(name: str, seed: int, made: Made, with_truth: bool) -> dict[str, Any]:
@@ -113,20 +134,19 @@ def evaluated(name: str, seed: int, made: Made, with_truth: bool) -> dict[str, A
     constants = [with_constant_weight(tuned.parameters, float(each)) for each in DOUBTS]
     constant = min(constants, key=lambda each: rmse(fusion(each), known_truth & ~where))
 
-    trace = run(fusion(tuned.parameters), series)
-    scaled = (
-        np.abs(trace.value - made.truth)[where] / np.maximum(trace.standard_deviation, TINY)[where]
-    )
+    others = methods(tuned.baselines)
+    scored = {"ours": fusion(tuned.parameters), **others}
     return {
-        "within": [float(np.mean(scaled <= factor)) for factor in (1.0, 2.0)],
+        "sureness": {each: sureness(method, made, where) for each, method in scored.items()},
+        "predictor": with_predictor(tuned.parameters, rmse, known_truth & ~where),
         "kind": name,
         "seed": seed,
         "truth": with_truth,
-        "ours": rmse(fusion(tuned.parameters)),
+        "ours": rmse(scored["ours"]),
         "constant": rmse(fusion(constant)),
         "chosen": tuned.chosen,
         "correlation": tuned.sensors.lag.correlation,
-        "others": {each: rmse(method) for each, method in methods(tuned.baselines).items()},
+        "others": {each: rmse(method) for each, method in others.items()},
         "candidates": {
             each.name: (
                 each.fitted,
@@ -138,6 +158,52 @@ def evaluated(name: str, seed: int, made: Made, with_truth: bool) -> dict[str, A
         },
         "seconds": time.monotonic() - began,
     }
+
+
+def sureness(method: Method, made: Made, where: Flags) -> list[float]:
+    """Return coverage at 1 and 2 standard deviations and the mean negative log-likelihood.
+
+    Args:
+        method: The method.
+        made: What to run it on.
+        where: The samples that count.
+
+    Returns:
+        The three, or nothing where the method does not know its standard deviation.
+    """
+    trace = run(method, made.series)
+    where = where & (trace.standard_deviation > 0.0)
+    if not where.any():
+        return []
+    matched = Matched(
+        seconds(made.series)[0][where],
+        trace.value[where],
+        made.truth[where],
+        trace.standard_deviation[where],
+    )
+    return [metric.function(matched) for metric in SURENESS.values()]
+
+
+def with_predictor(
+    parameters: Parameters, rmse: Callable[..., float], first_half: Flags
+) -> list[float]:
+    """Return the error with the predictor over that without, on the first half and on the other.
+
+    Its gate is the one of :data:`GATES` with which the error on the first half is smallest.
+
+    Args:
+        parameters: As tuned.
+        rmse: The error of a method where it counts, by default on the other half.
+        first_half: What it is tuned on.
+    """
+    off = fusion(replace(parameters, {"predictor.enabled": False}))
+    first, other = max(rmse(off, first_half), TINY), max(rmse(off), TINY)
+    found = []
+    for gate in GATES:
+        changes = {"predictor.enabled": True, "gate.tolerance": gate * first}
+        on = fusion(replace(parameters, changes))
+        found.append([rmse(on, first_half) / first, rmse(on) / other])
+    return min(found)
 
 
 def with_constant_weight(parameters: Parameters, doubt: float) -> Parameters:
@@ -166,7 +232,7 @@ def line(row: dict[str, Any]) -> str:
         f"{ratio(row):6.2f}  ours {row['ours']:.4f} ({row['chosen'][:5]:5}) "
         f"constant {row['constant']:.4f}  "
         f"{best} {row['others'][best]:.4f}  {candidates}  r {row['correlation']:.2f} "
-        f"1sd {row['within'][0]:.2f} 2sd {row['within'][1]:.2f} "
+        f"1sd {row['sureness']['ours'][0]:.2f} 2sd {row['sureness']['ours'][1]:.2f} "
         f"{row['seconds']:.0f} s"
     )
 
@@ -192,6 +258,38 @@ def markdown(rows: list[dict[str, Any]]) -> list[str]:
     return lines
 
 
+def sureness_table(rows: list[dict[str, Any]]) -> list[str]:
+    """Return how far standard deviations hold: a row per recording, one also without a truth."""
+    lines = [
+        "| recording | truth | within 1 | within 2 | log-likelihood | `kalman_bias` | "
+        "best baseline |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for row in rows:
+        known = {name: each for name, each in row["sureness"].items() if each}
+        within_1, within_2, ours = known.pop("ours")
+        best = min(known, key=lambda name: known[name][2])
+        lines.append(
+            f"| {row['kind']} | {'yes' if row['truth'] else 'no'} | {within_1:.2f} | "
+            f"{within_2:.2f} | {-ours:.2f} | {-known['kalman_bias'][2]:.2f} | "
+            f"{-known[best][2]:.2f} `{best}` |"
+        )
+    return lines
+
+
+def predictor_table(rows: list[dict[str, Any]]) -> list[str]:
+    """Return the error with the predictor over that without: a row per recording with a truth."""
+    return [
+        "| recording | first half | other half |",
+        "|---|---|---|",
+        *(
+            f"| {row['kind']} | {row['predictor'][0]:.3f} | {row['predictor'][1]:.3f} |"
+            for row in rows
+            if row["truth"]
+        ),
+    ]
+
+
 def summed(rows: list[dict[str, Any]]) -> str:
     """Return what ratios come to."""
     ratios = np.array([ratio(each) for each in rows])
@@ -209,7 +307,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--seeds", default="0", help="one, or FIRST-LAST")
     parser.add_argument("--kinds", nargs="*", help="all unless given")
     parser.add_argument("--csv", nargs="*", type=Path, default=[], help="recordings instead")
-    parser.add_argument("--markdown", action="store_true", help="a table at the end")
+    parser.add_argument("--bags", nargs="*", type=Path, default=[], help="bags with a truth")
+    parser.add_argument("--markdown", action="store_true", help="tables at the end")
     parser.add_argument("--json", metavar="FILE")
     return parser
 
