@@ -17,6 +17,7 @@ from fuzzy_fusion_ros.checking.relation import MOST_POINTS, Kind, Relation, lag_
 from fuzzy_fusion_ros.checking.samples import SensorSamples, TwoSensors
 from fuzzy_fusion_ros.checking.stamps import ClockStep, deliveries, judge_stamps
 from fuzzy_fusion_ros.checking.values import Values, judge_values, wrap_of
+from fuzzy_fusion_ros.core.numerics import LARGEST
 from fuzzy_fusion_ros.online.clocks import duration
 
 FEWEST = 3
@@ -138,6 +139,11 @@ def _judge(samples: SensorSamples, start_ns: int, period: float, *, is_known: bo
         text = f"{count} of {of} samples of {samples.name} can be used"
         few = Finding(Level.ERROR, "samples", text if of else f"{samples.name} has no messages", {})
         return _Judged(usable, (), usable.values, None, (few, *timeline.findings))
+    largest = float(np.abs(usable.values).max())
+    if largest > LARGEST:
+        text = f"{samples.name} has values up to {largest:.3g}, whose squares overflow"
+        huge = Finding(Level.ERROR, "samples", text, {}, "choose another topic or field")
+        return _Judged(usable, (), usable.values, None, (huge, *timeline.findings))
     values = judge_values(dated, period, is_known=is_known)
     findings = (*timeline.findings, *values.findings, *_gaps(samples, start_ns))
     character = _character(samples, usable, values)
@@ -204,7 +210,7 @@ def _compare(
     found = hypotheses(one, other)
     findings = [*clocks.findings, *pair.stuck("s1", one, "s2", other)]
     findings += pair.stuck("s2", other, "s1", one)
-    about_relation, relation = pair.judge_relation(found, kind, expected)
+    about_relation, relation = pair.judge_relation(found, kind, expected, s1.usable.scale)
     if relation is not None and any(each.level > Level.INFO for each in about_relation):
         halves = [hypotheses(*half) for half in halved(one, other)]
         if not pair.is_lasting(relation, halves, expected):

@@ -140,7 +140,10 @@ def _is_credible(relation: Relation) -> bool:
 
 
 def judge_relation(
-    found: Sequence[Relation], by_units: Kind | None = None, expected: Kind = Kind.VALUE
+    found: Sequence[Relation],
+    by_units: Kind | None = None,
+    expected: Kind = Kind.VALUE,
+    scale: float = 1.0,
 ) -> tuple[list[Finding], Relation | None]:
     """Judge what the sensors are to each other.
 
@@ -148,6 +151,7 @@ def judge_relation(
         found: The hypotheses, the most credible first.
         by_units: What their units say that they are; then only a factor between known units counts.
         expected: What the parameters say that they are.
+        scale: What ``s1.scale`` is; a fix multiplies it.
 
     Returns:
         What is wrong, and the relation to believe in; None if the motion does not tell.
@@ -157,11 +161,11 @@ def judge_relation(
     best = found[0]
     plain = next((each for each in found if _is_as_it_should(each, expected)), None)
     if best is plain or not _is_credible(best):
-        return (_scale(best, by_units), best) if best is plain else ([], None)
+        return (_scale(best, by_units, scale), best) if best is plain else ([], None)
     margin = np.inf if plain is None else plain.cost - best.cost
     if margin < MARGIN:
         return [_ambiguous(best, plain)], plain
-    return [_odd(best, plain, by_units, expected)], best
+    return [_odd(best, plain, by_units, expected, scale)], best
 
 
 def is_lasting(
@@ -198,7 +202,9 @@ def _is_as_it_should(relation: Relation, expected: Kind) -> bool:
     return relation.kind is expected and relation.sign > 0
 
 
-def _odd(best: Relation, plain: Relation | None, by_units: Kind | None, expected: Kind) -> Finding:
+def _odd(
+    best: Relation, plain: Relation | None, by_units: Kind | None, expected: Kind, scale: float
+) -> Finding:
     """Return the finding that a relation is not the plain one."""
     evidence = {"correlation": best.sign * best.correlation}
     is_expected = best.kind is expected
@@ -207,10 +213,11 @@ def _odd(best: Relation, plain: Relation | None, by_units: Kind | None, expected
     factor, units = _factor(best, by_units)
     size = "" if factor == 1.0 else f", times {1.0 / factor:.3g}{units}"
     negated = "the negated " if best.sign < 0 else "the "
-    scale = [] if best.sign * factor == 1.0 else [f"s1.scale: {best.sign * factor:.7g}"]
+    change = best.sign * factor
+    rescaled = [] if change == 1.0 else [f"s1.scale: {change * scale:.7g}"]
     if best.kind is Kind.S1_RATE and not is_expected:
         text = f"s1 is {negated}rate of s2{size}"
-        remedy = " and ".join(["s1.kind: rate", *scale])
+        remedy = " and ".join(["s1.kind: rate", *rescaled])
         return Finding(Level.ERROR, "rate", text, evidence, remedy)
     if best.kind is Kind.S2_RATE:
         text = f"s2 is {negated}rate of s1"
@@ -219,17 +226,17 @@ def _odd(best: Relation, plain: Relation | None, by_units: Kind | None, expected
         text = f"s1 is not the rate of s2 but {negated}same quantity{size}"
         return Finding(Level.ERROR, "rate", text, evidence, "s1.kind: value")
     text = f"s1 has the opposite sign of s2{size}"
-    return Finding(Level.ERROR, "sign", text, evidence, *scale)
+    return Finding(Level.ERROR, "sign", text, evidence, *rescaled)
 
 
-def _scale(relation: Relation, by_units: Kind | None) -> list[Finding]:
+def _scale(relation: Relation, by_units: Kind | None, scale: float) -> list[Finding]:
     """Return whether the scale of plain values is another unit's."""
     factor, units = _factor(relation, by_units)
     if factor == 1.0 or not _is_credible(relation):
         return []
     evidence = {"ratio": 1.0 / relation.middle_scale, "correlation": relation.correlation}
     text = f"s1 reads {1.0 / factor:.3g} times what s2 reads{units}"
-    return [Finding(Level.ERROR, "scale", text, evidence, f"s1.scale: {factor:.7g}")]
+    return [Finding(Level.ERROR, "scale", text, evidence, f"s1.scale: {factor * scale:.7g}")]
 
 
 def _factor(relation: Relation, by_units: Kind | None) -> tuple[float, str]:
@@ -270,14 +277,14 @@ def unrelated(
         s2: Motion of S2.
         by_units: What their units say that they are: a rate is believed, as its integral drifts.
     """
+    text = "s1 and s2 share too little motion to be compared"
     if not found:
-        return []
+        return [Finding(Level.INFO, "motion", text, {})]
     best = max(found, key=lambda each: each.correlation)
     moves = (_moves(s1) or _moves(s2)) and not (_is_white(s1) or _is_white(s2))
     enough = min(s1.intervals, s2.intervals) >= ENOUGH and moves
     enough = enough and not any(is_related(each) for each in found)
     if not enough or by_units is Kind.S1_RATE or best.correlation > UNRELATED * best.chance:
-        text = "s1 and s2 share too little motion to be compared"
         return [Finding(Level.INFO, "motion", text, {"correlation": best.correlation})]
     evidence = {"correlation": best.correlation, "chance": best.chance}
     text = "s1 and s2 are correlated no better than by chance"
@@ -344,7 +351,7 @@ def stuck(name: str, motion: Motion, other_name: str, other: Motion) -> list[Fin
     moved = float(high - low)
     noise = white_noise(other.values)
     spread, share = float(np.std(other.values)), float(np.std(during))
-    if moved < OTHER_MOVES[0] * spread or share < OTHER_MOVES[1] * noise:
+    if moved == 0.0 or moved < OTHER_MOVES[0] * spread or share < OTHER_MOVES[1] * noise:
         return []
     whole = last - first + 1 == motion.values.size
     when = "throughout" if whole else f"from {begin:.1f} s to {end:.1f} s"

@@ -83,6 +83,7 @@ class Stream:
             overflows=np.zeros(kept, np.bool_),
             arrivals_ns=np.array(self._arrivals_ns)[oldest_first],
             values=np.array(self._values)[oldest_first],
+            scale=self._codec.scale,
         )
 
 

@@ -22,6 +22,7 @@ class SensorSamples(NamedTuple):
         overflows: Whether the nanoseconds of a stamp are a second or more, shape (n,).
         arrivals_ns: When they arrived or were recorded, shape (n,), nanoseconds.
         values: What was measured, NaN and infinities included, shape (n,).
+        scale: What ``scale`` of the sensor is set to; it is part of the values.
     """
 
     name: str
@@ -33,6 +34,7 @@ class SensorSamples(NamedTuple):
     overflows: Flags
     arrivals_ns: Stamps
     values: Reals
+    scale: float = 1.0
 
     def kept(self, which: Flags) -> SensorSamples:
         """Return some of the samples, shape (n,) says which."""

@@ -14,6 +14,7 @@ from fuzzy_fusion_ros.batch.arrays import Flags, Reals
 from fuzzy_fusion_ros.checking.motion import Motion
 from fuzzy_fusion_ros.checking.pair import BEYOND_DOUBT, RELATED
 from fuzzy_fusion_ros.checking.relation import Kind, Relation, lag_of, relations
+from fuzzy_fusion_ros.core.numerics import LARGEST
 from fuzzy_fusion_ros.messages.units import RATES
 
 POINTS = 1024
@@ -101,8 +102,10 @@ def survey(fields: Sequence[Field]) -> list[Together]:
 
 
 def moves(motion: Motion) -> bool:
-    """Return whether a number changes, and has enough samples to be compared."""
-    return motion.values.size >= FEWEST_SAMPLES and bool(np.ptp(motion.values) > 0.0)
+    """Return whether a number changes, has enough samples, and squares that do not overflow."""
+    if motion.values.size < FEWEST_SAMPLES or np.abs(motion.values).max() > LARGEST:
+        return False
+    return bool(np.ptp(motion.values) > 0.0)
 
 
 def _is_sure(relation: Relation, times: float) -> bool:

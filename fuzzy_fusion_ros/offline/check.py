@@ -79,6 +79,9 @@ def check_bag(
     codecs = codecs_of(bag, topics, parameters, SENSORS)
     sources = {name: Source(names[name], codecs[name]) for name in SENSORS}
     raw = read_raw(bag, sources, start_s, end_s, progress)
+    for name, source in sources.items():
+        if raw[name].unreadable and not raw[name].values.size:
+            _refuse(bag, source)
     if not any(each.values.size for each in raw.values()):
         raise BagError(
             f"bag {str(bag.path)!r}: no message of {topics.s1} or {topics.s2} in this span can be "
@@ -86,6 +89,15 @@ def check_bag(
         )
     s1, s2 = (_samples(name, sources[name], raw[name]) for name in SENSORS)
     return check(two_sensors(s1, s2, bag.start_ns or 0, parameters))
+
+
+def _refuse(bag: BagReader, source: Source) -> None:
+    """Say why the number is in no message of a topic, such as an element beyond its array."""
+    message = next(iter(bag.messages([source.topic])))
+    try:
+        source.codec.sample(message.data, message.log_ns)
+    except MessageError as error:
+        raise MessageError(f"topic {source.topic}: {error}") from None
 
 
 def warnings_of(
@@ -126,6 +138,7 @@ def _samples(name: str, source: Source, raw: RawSamples) -> SensorSamples:
         overflows=raw.overflows,
         arrivals_ns=raw.log_ns,
         values=raw.values,
+        scale=codec.scale,
     )
 
 
@@ -154,9 +167,14 @@ def survey_bag(
         start_s: Where to begin, seconds from the bag's first message.
         end_s: Where to end, before this.
         progress: Passes blocks of messages on.
+
+    Raises:
+        BagError: No message from ``start_s`` on, or none with a number.
     """
     bag.require_messages_from(start_s)
     sources = _sources(bag)
+    if not sources:
+        raise BagError(f"bag {str(bag.path)!r} has no message with a number")
     raw = read_raw(bag, sources, start_s, end_s, progress, _strides(bag, sources.values()))
     fields = list(_fields(sources, raw, bag.start_ns or 0))
     together = survey(fields)

@@ -11,6 +11,10 @@ NOTICEABLE = 0.25
 SUSPICIOUS = 2.0
 """Seconds: no sensor's messages are on the way for longer than this."""
 
+STEADY = 0.25
+"""An offset is one of clocks if delays vary by less than this share of it. A recording that is
+played at another rate than its own, without ``use_sim_time``, has delays that grow."""
+
 SYNCHRONIZE = "synchronize the clocks that stamp them, or stamp both on receipt"
 """What to do about clocks that are apart."""
 
@@ -37,6 +41,8 @@ def clock_problem(s1: Guard, s2: Guard, s1_timeout: float, s2_timeout: float) ->
     """
     offset = offset_between(s1, s2)
     if offset is None or s1.delay is None or s2.delay is None or abs(offset) <= NOTICEABLE:
+        return ""
+    if max(s1.delay_spread, s2.delay_spread) > STEADY * abs(offset):
         return ""
     harmless = min(SUSPICIOUS, s2_timeout if offset > 0.0 else s1_timeout)
     if abs(offset) <= harmless and min(s1.delay, s2.delay) >= -NOTICEABLE:

@@ -102,6 +102,14 @@ class Guard:
             return None
         return statistics.median(self.delays_ns) * 1e-9
 
+    @property
+    def delay_spread(self) -> float:
+        """Range of the middle half of these delays, seconds; 0 while too few are known."""
+        if len(self.delays_ns) < FEWEST_DELAYS:
+            return 0.0
+        quarter, _, three_quarters = statistics.quantiles(self.delays_ns, method="inclusive")
+        return (three_quarters - quarter) * 1e-9
+
     def admit(self, stamp_ns: int) -> None:
         """Admit a sample that is newer than the last."""
         if self.newest_ns is None:

@@ -334,3 +334,30 @@ def test_a_rate_is_given_no_scale_but_that_between_units() -> None:
     )
     assert plain.remedy == odd.remedy == "s1.kind: rate"
     assert degrees.remedy == "s1.kind: rate and s1.scale: 0.01745329"
+
+
+def test_constants_are_not_stuck_while_nothing_moves() -> None:
+    found = both(sensor("s1", T1, np.ones(6000)), sensor("s2", T2, np.ones(600)))
+    assert found.is_fine
+    assert [each.about for each in found.findings] == ["motion"]
+
+
+def test_too_few_samples_are_no_clean_bill() -> None:
+    found = both(sensor("s1", T1[:5], motion(T1[:5])), sensor("s2", T2[:5], motion(T2[:5])))
+    assert [each.about for each in found.findings] == ["motion"]
+
+
+def test_values_whose_squares_overflow_are_refused() -> None:
+    found = both(sensor("s1", T1, 1e200 * motion(T1)), sensor("s2", T2, motion(T2)))
+    (finding,) = found.findings
+    assert finding.text.startswith("s1 has values up to ")
+    assert finding.text.endswith("e+200, whose squares overflow")
+
+
+def test_a_fix_multiplies_the_scale_that_is_set() -> None:
+    s1 = sensor("s1", T1, -motion(T1) + 0.02 * NOISE)._replace(scale=-2.0)
+    found = both(s1, sensor("s2", T2, motion(T2 - LAG) + 0.01 * NOISE2))
+    assert only(found.findings, "sign").remedy == "s1.scale: 2"
+    degrees = sensor("s1", T1, 57.29578 * motion(T1) + NOISE)._replace(scale=-1.0)
+    found = both(degrees, sensor("s2", T2, motion(T2 - LAG) + 0.01 * NOISE2))
+    assert only(found.findings, "scale").remedy == "s1.scale: -0.01745329"

@@ -11,7 +11,9 @@ import pytest
 from bag.recorded import Scalar, swing, write_scalars
 from checking.standins import pair
 
+from fuzzy_fusion_ros.bag import BagWriter
 from fuzzy_fusion_ros.cli.check import main
+from fuzzy_fusion_ros.messages import InstalledTypes, default_message
 
 
 def write_pair(path: Path, fault: str, s1: str = "/s1", s2: str = "/s2") -> Path:
@@ -89,6 +91,28 @@ def test_sensors_without_a_slash_are_checked_too(
 ) -> None:
     assert main([str(write_pair(tmp_path / "bag", "negated", "s1", "s2"))]) == 1
     assert "s1 has the opposite sign of s2" in capsys.readouterr().out
+
+
+def test_an_element_beyond_its_array_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    joints = "sensor_msgs/msg/JointState"
+    with BagWriter(tmp_path / "bag") as writer:
+        data = default_message(InstalledTypes(), joints)
+        for k in range(30):
+            writer.write("/joints", joints, 10**9 * (k + 1), data)
+    sensors = ["--s1", "/joints", "--s2", "/joints"]
+    assert main([str(tmp_path / "bag"), *sensors, "--field", "position[7]"]) == 2
+    assert "position[7]" in capsys.readouterr().err
+
+
+def test_a_bag_without_numbers_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with BagWriter(tmp_path / "bag"):
+        pass
+    assert main([str(tmp_path / "bag")]) == 2
+    assert "has no message with a number" in capsys.readouterr().err
 
 
 def test_json_on_stdout_is_all_that_is_there(

@@ -55,3 +55,16 @@ def test_a_late_sensor_is_told_which_timeout_to_set() -> None:
     assert clock_problem(arriving(0.0), arriving(0.8), 1.0, 0.5).endswith(late)
     assert late not in clock_problem(arriving(0.0), arriving(5.0), 1.0, 0.5)  # not even then
     assert late not in clock_problem(arriving(-0.5), arriving(0.3), 1.0, 0.5)
+
+
+def test_delays_that_grow_are_no_offset() -> None:
+    """At three times its rate a recording's stamps outrun the clock, and S2 is sampled longer."""
+    s1, s2 = Guard(), Guard()
+    for k in range(3200):
+        s1.delays_ns.append(-round(k * 0.01 * 2.0 / 3.0 * 1e9))
+        if k % 100 == 0:
+            s2.delays_ns.append(-round(k * 0.01 * 2.0 / 3.0 * 1e9))
+    assert s1.delay is not None
+    assert s2.delay is not None
+    assert s2.delay - s1.delay > 5.0
+    assert clock_problem(s1, s2, 1.0, 5.0) == ""
