@@ -170,7 +170,9 @@ def _jit() -> Callable[[Any], Any]:
 
     def jit(function: Any) -> Any:
         settings.CACHE_DIR = directory  # numba forgets it whenever one of its own variables changes
-        return numba.njit(nogil=True, cache=bool(directory))(function)
+        # Inlined, since a call counts references to each array of a state twice, which took more
+        # than half of a step: the compiler drops the counts of what stays within one function.
+        return numba.njit(nogil=True, cache=bool(directory), forceinline=True)(function)
 
     return jit
 

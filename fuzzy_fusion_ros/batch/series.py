@@ -44,7 +44,7 @@ WORTH_LOADING = 30_000
 _AGGREGATOR_S, _COMPLETE_S = 2e-5, 1.2e-4
 """CPU time of an interpreted step, without and with the predictor, seconds: about,"""
 
-_COMPILING_S, _LOADING_S = 15.0, 1.5
+_COMPILING_S, _LOADING_S = 22.0, 1.5
 """and that of compiling the loop for the first time, and of loading it from disk."""
 
 _INTERPRETED: Counter[Callable[..., Any]] = Counter()
