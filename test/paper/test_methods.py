@@ -3,12 +3,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters
+from fuzzy_fusion_ros.jobs.parameter_file import fusion_parameters
 from fuzzy_fusion_ros.paper import methods
 from fuzzy_fusion_ros.paper.methods import METHODS, Contender, contenders, warm_up
+from fuzzy_fusion_ros.paper.sweep import NOMINAL, outcome_of, simulate_at
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.simulation.closed_loop import Run, simulate
@@ -120,3 +124,17 @@ def test_warming_up_runs_a_single_sample(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(methods, "simulate", spy)
     warm_up(Contender("s1", BY_NAME["s1"].method, ideal=False))
     assert lengths == [1.0]
+
+
+def test_the_observer_balances_better_than_the_blend_whatever_s1_is_off_by() -> None:
+    path = Path(__file__).parents[2] / "config" / "pendulum_observer.yaml"
+    observer = {each.name: each for each in contenders(fusion_parameters(path))}["complete"]
+    iae = []
+    for point in (NOMINAL, NOMINAL._replace(bias1=0.1)):
+        found, blend = (
+            outcome_of("complete", point, 1000, simulate_at(each, point, 1000)).iae
+            for each in (observer, BY_NAME["complete"])
+        )
+        assert found < blend
+        iae.append(found)
+    assert iae[1] == pytest.approx(iae[0], rel=0.02)
