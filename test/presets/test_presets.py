@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import functools
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +13,15 @@ import pytest
 from presets.sensors import CHANNELS, RIGS, topics_of, write_rig
 
 from fuzzy_fusion_ros.bag import open_bag
+from fuzzy_fusion_ros.baselines import BaselineParameters
+from fuzzy_fusion_ros.batch.series import Method
 from fuzzy_fusion_ros.checking.relation import Kind
 from fuzzy_fusion_ros.nodes.fusion_node import FusionNode
 from fuzzy_fusion_ros.offline.check import check_bag, survey_bag
 from fuzzy_fusion_ros.offline.replay import replay
+from fuzzy_fusion_ros.offline.topics import Topics
 from fuzzy_fusion_ros.parameters.file import parameters_from
+from fuzzy_fusion_ros.scoring import score as scoring
 from fuzzy_fusion_ros.scoring.score import score_bag
 from fuzzy_fusion_ros.testing import Harness
 
@@ -46,15 +52,50 @@ def test_every_preset_has_a_rig() -> None:
     assert {path.stem for path in PRESETS.glob("*.yaml")} == set(RIGS) == set(BETTER)
 
 
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """What writes the bag of a rig, once."""
+    folder = tmp_path_factory.mktemp("recorded")
+    return functools.cache(lambda name: write_rig(folder / name, RIGS[name]))
+
+
+@pytest.fixture(scope="module")
+def replayed(
+    recorded: Callable[[str], Path], tmp_path_factory: pytest.TempPathFactory
+) -> Callable[[str], Path]:
+    """What replays it with its preset, all channels at once."""
+    folder = tmp_path_factory.mktemp("replayed")
+
+    @functools.cache
+    def replayed(name: str) -> Path:
+        topics = Topics(RIGS[name].s1.topic, RIGS[name].s2.topic)
+        with open_bag(recorded(name)) as bag:
+            replay(bag, folder / name, topics, parameters_from(PRESETS / f"{name}.yaml"))
+        return folder / name
+
+    return replayed
+
+
+@pytest.fixture
+def sensors_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let score run no filters besides the estimate."""
+    whole = scoring.methods
+
+    def methods(parameters: BaselineParameters) -> dict[str, Method]:
+        return {name: each for name, each in whole(parameters).items() if name in ("s1", "s2")}
+
+    monkeypatch.setattr(scoring, "methods", methods)
+
+
+@pytest.mark.usefixtures("sensors_alone")
 @pytest.mark.parametrize(("name", "channel"), CHANNELS)
-def test_it_is_better_than_either_sensor(tmp_path: Path, name: str, channel: str) -> None:
+def test_it_is_better_than_either_sensor(
+    replayed: Callable[[str], Path], name: str, channel: str
+) -> None:
     rig, parameters = RIGS[name], parameters_from(PRESETS / f"{name}.yaml")
     topics, own = topics_of(rig, channel), parameters.channel(channel)
-    path = write_rig(tmp_path / "bag", rig)
-    with open_bag(path) as bag:
-        assert check_bag(bag, topics, own).is_fine
-        replay(bag, tmp_path / "replayed", topics, parameters)
-    found = score_bag(tmp_path / "replayed", topics, own)
+    found = score_bag(replayed(name), topics, own)
+    assert found.notes == ()
     errors = {each: found.scores(each)["rmse"] for each in ("estimate", "s1", "s2")}
     assert errors["estimate"] < BETTER[name] * min(errors["s1"], errors["s2"]), errors
     assert np.ptp(found.time_s) > 110.0
@@ -64,10 +105,21 @@ def test_it_is_better_than_either_sensor(tmp_path: Path, name: str, channel: str
 
 
 @pytest.mark.parametrize(("name", "channel"), CHANNELS)
-def test_check_without_topics_finds_its_fields(tmp_path: Path, name: str, channel: str) -> None:
+def test_check_finds_nothing_wrong(
+    recorded: Callable[[str], Path], name: str, channel: str
+) -> None:
+    own = parameters_from(PRESETS / f"{name}.yaml").channel(channel)
+    with open_bag(recorded(name)) as bag:
+        assert check_bag(bag, topics_of(RIGS[name], channel), own).is_fine
+
+
+@pytest.mark.parametrize(("name", "channel"), CHANNELS)
+def test_check_without_topics_finds_its_fields(
+    recorded: Callable[[str], Path], name: str, channel: str
+) -> None:
     rig = RIGS[name]
     parameters = parameters_from(PRESETS / f"{name}.yaml").channel(channel)
-    with open_bag(write_rig(tmp_path / "bag", rig)) as bag:
+    with open_bag(recorded(name)) as bag:
         together, advice = survey_bag(bag)
     found = {(each.s1.topic, each.s1.path, each.s2.path): each for each in together}
     pair = found[rig.s1.topic, parameters.s1.field, parameters.s2.field]
