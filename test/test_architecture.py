@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import graphlib
 import subprocess
 import sys
@@ -169,11 +170,10 @@ def imports(source: str) -> Iterator[str]:
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
-def all_imports() -> Iterator[tuple[Path, str]]:
+@functools.cache
+def all_imports() -> list[tuple[Path, str]]:
     """Pair every source file with everything that it imports."""
-    for path in SOURCES:
-        for name in imports(path.read_text(encoding="utf-8")):
-            yield path, name
+    return [(path, name) for path in SOURCES for name in imports(path.read_text(encoding="utf-8"))]
 
 
 def test_imports_are_found_wherever_they_stand() -> None:

@@ -42,6 +42,9 @@ VARIANTS: dict[str, dict[str, Any]] = {
 }
 
 
+AS_IN_ONE = pytest.mark.slow("as in one process; the predictor's run shows that two change nothing")
+
+
 def run_in_one_process(folder: Path, changes: dict[str, Any], seed: int) -> None:
     """Close the loop over DDS between two nodes of this process; both record."""
     with Harness() as harness:
@@ -87,8 +90,17 @@ def replayed(source: Path, output: Path, changes: dict[str, Any]) -> Path:
     return output
 
 
-@pytest.mark.parametrize("name", ["plain", "predictor", "self-tuning"])
-@pytest.mark.parametrize("live", [run_in_one_process, run_in_two_processes])
+@pytest.mark.parametrize(
+    ("live", "name"),
+    [
+        (run_in_one_process, "plain"),
+        (run_in_one_process, "predictor"),
+        (run_in_one_process, "self-tuning"),
+        (run_in_two_processes, "predictor"),
+        pytest.param(run_in_two_processes, "plain", marks=AS_IN_ONE),
+        pytest.param(run_in_two_processes, "self-tuning", marks=AS_IN_ONE),
+    ],
+)
 def test_live_replayed_and_simulated_runs_are_one(tmp_path: Path, live: Any, name: str) -> None:
     # Two topics can overtake one another, so what is to repeat takes its samples in pairs.
     changes = {**VARIANTS[name], "trigger": "pair"}

@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 import yaml
+from bag.recorded import swing, write_scalars
 
 from fuzzy_fusion_ros.cli import COMMANDS, score
 
@@ -107,8 +108,9 @@ def run_action(folder: Path, **inputs: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_the_action_fails_where_a_filter_has_become_worse(tmp_path: Path) -> None:
-    bag, baseline = ROOT / "bags" / "nominal", tmp_path / "before.json"
-    params = bag.with_suffix(".yaml")
+    bag = write_scalars(tmp_path / "bag", swing(estimate=False))
+    baseline = tmp_path / "before.json"
+    params = ROOT / "bags" / "nominal.yaml"
     assert score.main([str(bag), "--params", str(params), "--json", str(baseline)]) == 0
     given = {"bag": str(bag), "params": str(params), "baseline": str(baseline)}
     done = run_action(tmp_path, **given)

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import numpy as np
-from filterpy.kalman import KalmanFilter  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
 
@@ -18,6 +17,9 @@ class RandomWalks:
         s2_noise: float,
         bias_noise: float | None,
     ) -> None:
+        # Takes 2 s, in every process that collects the tests.
+        from filterpy.kalman import KalmanFilter  # type: ignore[import-untyped]
+
         size = 1 if bias_noise is None else 2
         self._rates = np.diag([process_noise**2, (bias_noise or 0.0) ** 2][:size])
         self._s1 = np.ones((1, size)), s1_noise**2
