@@ -14,6 +14,9 @@ from fuzzy_fusion_ros.ros.diagnostics import Level, Report, Summary
 FIRST = 10
 """Reports before the first check, that is seconds: motion takes time."""
 
+CONFIRMED = 20
+"""Reports after which a check that has found something new is repeated, at most."""
+
 LONGEST = 60
 """Reports between two checks in the end; at first they are twice as far apart each time."""
 
@@ -55,8 +58,9 @@ class SelfCheck:
         """Report what is wrong; check if it is time to."""
         self._reports += 1
         if self._reports >= self._due:
-            self._due = self._reports + min(self._reports, LONGEST)
             self._check()
+            is_new = self._last.keys() - self._said.keys()
+            self._due = self._reports + min(self._reports, CONFIRMED if is_new else LONGEST)
         summaries = [Summary(Level.WARN, str(each)) for each in self._said.values()]
         return Report("check", summaries or [Summary(Level.OK, "no problems found")], {})
 
