@@ -90,10 +90,13 @@ class ColumnReader:
         self._read.append(block)
 
     def columns(self) -> Columns:
-        """Return the numbers of all messages so far."""
+        """Return the numbers of all messages since the last call, and keep none of them."""
+        blocks, self._read = self._read, [self._blank(np.empty(0, np.int64))]
+        columns = [list(each) for each in zip(*blocks, strict=True)]
+        del blocks
         return Columns._make(
-            [np.concatenate(each, axis=-1) for each in zip(*self._read, strict=True)]
-        )
+            np.concatenate(columns.pop(0), axis=-1) for _ in Columns._fields
+        )  # one after the other: a day of samples is in memory once, not twice
 
     def _blank(self, received_ns: NDArray[np.int64]) -> Columns:
         n = received_ns.size

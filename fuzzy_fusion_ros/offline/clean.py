@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fuzzy_fusion_ros.bag.reader import BagReader
 from fuzzy_fusion_ros.batch.arrays import Stamps
-from fuzzy_fusion_ros.batch.series import Series
+from fuzzy_fusion_ros.batch.series import NOWHERE, Series
 from fuzzy_fusion_ros.core.silence import S1_TIMEOUT, timeout_for
 from fuzzy_fusion_ros.messages.codec import ScalarCodec
 from fuzzy_fusion_ros.messages.columns import ColumnReader, Columns
@@ -67,7 +67,7 @@ def read_clean(
     for role in codecs:
         roles.setdefault(topics[role], []).append(role)
     readers = {topic: ColumnReader([codecs[r] for r in each]) for topic, each in roles.items()}
-    places: dict[str, list[Stamps]] = {topics[role]: [] for role in SENSORS}
+    places: dict[str, list[Stamps]] = {topics[role]: [NOWHERE] for role in SENSORS}
     seen = 0
     for block in progress(bag.blocks(list(readers), start_s, end_s)):
         for topic, reader in readers.items():
@@ -77,6 +77,8 @@ def read_clean(
             if topic in places:
                 places[topic].append(which + seen)
         seen += block.at.size
+    order = {role: np.concatenate(places[topics[role]]) for role in SENSORS}
+    places.clear()
     tracks: dict[str, Track] = {}
     sensors: dict[str, Columns] = {}
     for topic, each in roles.items():
@@ -91,7 +93,6 @@ def read_clean(
         return None
     if _clocks_differ(tracks["s1"], tracks["s2"]):
         return None
-    order = {role: np.concatenate(places[topics[role]]) for role in SENSORS}
     guards = dict.fromkeys(SENSORS, Guard())
     series = series_of(sensors, order, guards, parameters)
     return None if series is None else Samples(tracks, series)
