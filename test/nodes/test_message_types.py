@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -335,7 +336,10 @@ def test_another_type_on_the_topic_is_named_and_not_taken_for_ours(
     harness: Harness, diagnostics: Diagnostics
 ) -> None:
     harness.fusion_node({"trigger": "pair", "s1.timeout": 0.1})
-    with Context() as context:  # one participant cannot have two types on one topic
+    context = Context()  # one participant cannot have two types on one topic
+    context.init()
+    with contextlib.ExitStack() as stack:
+        stack.callback(context.try_shutdown)
         stranger = Node("stranger", context=context)
         kind = load_message_class("std_msgs/msg/Float64")
         publisher = stranger.create_publisher(kind, "/s1", EVERY_MESSAGE)
