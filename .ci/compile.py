@@ -9,7 +9,8 @@ import numpy as np
 
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, methods
 from fuzzy_fusion_ros.batch.compiled import can_compile
-from fuzzy_fusion_ros.batch.series import Method, Series, fusion, run
+from fuzzy_fusion_ros.batch.series import Method, Series, fusion, run, values
+from fuzzy_fusion_ros.batch.smoothing import lagged, smoothed
 from fuzzy_fusion_ros.paper.kalman import plant_kalman
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.simulation.closed_loop import simulate
@@ -25,6 +26,7 @@ def main() -> None:
     if can_compile():
         with ProcessPoolExecutor() as processes:
             jobs = [processes.submit(_loop), processes.submit(_fusion), processes.submit(_plant)]
+            jobs.append(processes.submit(_smoother))
             jobs += [processes.submit(_baseline, name) for name in BASELINES]
             for job in jobs:
                 job.result()
@@ -43,8 +45,15 @@ def _plant() -> None:
     _balance(plant_kalman(Scenario()))
 
 
+def _smoother() -> None:
+    smoothed(np.arange(8.0), SERIES.s1, 1.0)
+    lagged(np.arange(8.0), SERIES.s1, 1.0)
+
+
 def _baseline(name: str) -> None:
-    run(methods(BaselineParameters())[name], SERIES)
+    method = methods(BaselineParameters())[name]
+    run(method, SERIES)
+    values(method, SERIES)
 
 
 def _balance(method: Method) -> None:
