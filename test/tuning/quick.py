@@ -11,6 +11,6 @@ from fuzzy_fusion_ros.tuning.fit import Evaluations
 
 def be_quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the optimiser try little."""
-    few = Evaluations(10, 20, 10)
+    few = Evaluations(40, 60, 40)
     monkeypatch.setattr(candidates, "EVALUATIONS", dict.fromkeys(candidates.EVALUATIONS, few))
     monkeypatch.setattr(baselines, "EVALUATIONS", 10)
