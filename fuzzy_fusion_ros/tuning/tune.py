@@ -47,6 +47,9 @@ in 16,000 is beyond it."""
 BOUNDING_COSTS = 1.02
 """Innovations of S2 are bounded unless that increases the misfit by more than this."""
 
+MOST_DOUBLINGS = 12
+"""A safety net that would still fire after this many doublings is left off."""
+
 UNSEEN = 1.5
 """Without a truth, errors are larger by this than what S2's innovations show."""
 
@@ -395,6 +398,9 @@ def shorten_bias_time_constant(problem: Problem, parameters: Parameters) -> Para
 def with_safety_net(problem: Problem, parameters: Parameters) -> Parameters:
     """Set from which difference on S1 counts as wrong: far beyond any of the recording.
 
+    The first innovations, which say what was not known before, do not count among the largest; if
+    the rule fires at them to the estimate's harm, the difference is doubled.
+
     Args:
         problem: What was fitted.
         parameters: The result; it stays as it is unless the bias is learnt.
@@ -403,7 +409,12 @@ def with_safety_net(problem: Problem, parameters: Parameters) -> Parameters:
     known = np.abs(found[np.isfinite(found)])
     if known.size == 0 or not known.max() > 0.0:
         return parameters
-    return replace(parameters, safety_net(float(known.max())))
+    most = NO_WORSE * problem.misfit(parameters)
+    for doublings in range(MOST_DOUBLINGS):
+        guarded = replace(parameters, safety_net(float(known.max()) * 2.0**doublings))
+        if problem.misfit(guarded) <= most:
+            return guarded
+    return parameters
 
 
 def with_deviation(problem: Problem, parameters: Parameters, optimism: float) -> Parameters:

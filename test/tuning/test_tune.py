@@ -40,6 +40,7 @@ from fuzzy_fusion_ros.tuning.report import as_json, comments, described, outcome
 from fuzzy_fusion_ros.tuning.together import oddities, typical
 from fuzzy_fusion_ros.tuning.tune import (
     INSTANT,
+    NO_WORSE,
     OUTLIER_THRESHOLD,
     SHORTENING_COSTS,
     bounded_if_cheap,
@@ -48,6 +49,7 @@ from fuzzy_fusion_ros.tuning.tune import (
     shorten_bias_time_constant,
     simplified,
     with_predictor,
+    with_safety_net,
 )
 
 SENSORS = Sensors(bias=0.4, noise=0.1, delay=0.2)
@@ -258,6 +260,31 @@ def test_innovations_of_s2_are_bounded_where_that_costs_next_to_nothing(recordin
     assert bounded_if_cheap(right, replace(learning, {"s2.outlier_threshold": 0.1})) == learning
     blend = replace(bounded, {"s1.bias_time_constant": 0.0})
     assert bounded_if_cheap(problem, blend).s2.outlier_threshold == 0.0
+
+
+def test_the_safety_net_does_not_fire_at_the_first_innovations_to_the_estimates_harm() -> None:
+    time_s = np.arange(1000) * 0.04
+    truth = np.sin(time_s) + np.sin(2.3 * time_s + 1.0)
+    s2 = np.sin(time_s[::5] - 0.2) + np.sin(2.3 * (time_s[::5] - 0.2) + 1.0)
+    stamps = START_NS + np.round(time_s * 1e9).astype(np.int64)
+    series = Series(stamps, truth, stamps[::5], s2, np.arange(1000) // 5 + 1)
+    fitted = {
+        **{f"aggregator.weight.{each}": 0.0 for each in _WEIGHTS},
+        "aggregator.difference.large": 1e9,
+        "aggregator.difference.small": 5e8,
+        "s1.bias_time_constant": 0.7,
+        "s1.bias_prior": 0.0007,
+        "s1.drift_time_constant": 80.0,
+        "s2.noise": 0.0067,
+        "s2.delay": 0.187,
+        "s2.lag_time_constant": 0.022,
+        "s2.outlier_threshold": OUTLIER_THRESHOLD,
+    }
+    parameters = replace(Parameters(), fitted)
+    problem = Problem([series], truth, series.s2_known > 0, parameters)
+    guarded = with_safety_net(problem, parameters)
+    assert guarded.aggregator.difference.large < 10.0  # the net is still there
+    assert problem.misfit(guarded) <= NO_WORSE * problem.misfit(parameters)
 
 
 def test_garbage_of_s2_that_the_recording_lacks_does_little_harm(
