@@ -16,7 +16,7 @@ class Mode(enum.Enum):
     FUSED = "both sensors"
     S1_ONLY = "s2 timed out, using s1 alone"
     S2_ONLY = "s1 timed out, using s2 alone"
-    STALE = "both sensors timed out, nothing is published"
+    STALE = "no sample of either sensor within its timeout, nothing is published"
     DISABLED = "disabled by ~/enable"
     INACTIVE = "activate the node to publish"
 

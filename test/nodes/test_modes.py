@@ -69,7 +69,7 @@ def test_both_silent_is_stale_and_an_error_and_ends_by_itself(
     stale = diagnostics.saying("fusion_node: fusion", "STALE")
     assert stale.level == ERROR
     assert stale.values["mode"] == "STALE"
-    log.wait_for("STALE: both sensors timed out, nothing is published")
+    log.wait_for("STALE: no sample of either sensor within its timeout, nothing is published")
     assert diagnostics.next("fusion_node: s1").level == WARN
     assert "silent for" in diagnostics.next("fusion_node: s2").message
     assert len(feed.estimates) == 1
