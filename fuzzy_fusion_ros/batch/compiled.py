@@ -28,6 +28,9 @@ ROOMS = ("core", "batch", "simulation", "baselines", "paper")
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+_FOUND: set[tuple[str, str]] = set()
+"""Directory and name of what has been found on disk, where many short recordings ask again."""
+
 
 def compiled(function: F, **replaced: Callable[..., Any]) -> F:
     """Return ``function`` compiled together with every function of this package that it calls.
@@ -85,8 +88,11 @@ def is_kept(function: Callable[..., Any], **replaced: Callable[..., Any]) -> boo
     """Return whether :func:`compiled` finds its work of another process on disk."""
     if not can_compile():
         return False
-    directory = Path(os.environ.get("NUMBA_CACHE_DIR") or _cache_directory())
-    return any(directory.glob(f"*/*.{_bound_name(function, sorted(replaced.items()))}-*.nbi"))
+    directory = os.environ.get("NUMBA_CACHE_DIR") or _cache_directory()
+    place = directory, _bound_name(function, sorted(replaced.items()))
+    if place not in _FOUND and any(Path(directory).glob(f"*/*.{place[1]}-*.nbi")):
+        _FOUND.add(place)
+    return place in _FOUND
 
 
 def _bound_name(function: Any, replaced: Sequence[tuple[str, Any]]) -> str:
@@ -189,16 +195,19 @@ def _cache_directory() -> str:
     return ""
 
 
-def _directories() -> Iterator[Path]:
-    """Yield where compiled code may be kept: as the user wants, the usual place, a last resort.
-
-    They are named after the sources, as numba misses a change in a callee's file.
-    """
+@functools.cache
+def _digest() -> str:
+    """Return what changes with the sources, since numba misses a change in a callee's file."""
     digest = hashlib.sha256()
     package = Path(__file__).parents[1]
     for source in sorted(path for room in ROOMS for path in (package / room).glob("*.py")):
         digest.update(source.read_bytes())
-    name = digest.hexdigest()[:16]
+    return digest.hexdigest()[:16]
+
+
+def _directories() -> Iterator[Path]:
+    """Yield where compiled code may be kept: as the user wants, the usual place, a last resort."""
+    name = _digest()
     if os.environ.get("NUMBA_CACHE_DIR"):
         yield Path(os.environ["NUMBA_CACHE_DIR"])
     if os.environ.get("XDG_CACHE_HOME"):

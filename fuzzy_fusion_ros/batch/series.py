@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections import Counter
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -38,8 +39,12 @@ State = Any
 WORTH_COMPILING = 300_000
 """From this many samples on, compiling a method for the first time costs less than it saves."""
 
-WORTH_LOADING = 30_000
-"""As ``WORTH_COMPILING``, where an earlier process has compiled it."""
+WORTH_IMPORTING = 50_000
+"""As ``WORTH_COMPILING``, for all methods together, where an earlier process has compiled this one:
+most of that is numba's import;"""
+
+WORTH_LOADING = 1_000
+"""and for one method, once numba is imported."""
 
 _AGGREGATOR_S, _COMPLETE_S = 2e-5, 1.2e-4
 """CPU time of an interpreted step, without and with the predictor, seconds: about,"""
@@ -191,19 +196,25 @@ def run(
         method: The method.
         series: The samples.
         compile_from: Samples of S1, in this series and those interpreted before it, from which on
-            the loop is compiled, or ``WORTH_LOADING`` if it is kept on disk; the result is the same
-            to the last bit.
+            the loop is compiled, unless it is kept on disk, which pays much earlier; the result is
+            the same to the last bit.
         first: The first row, one for each sample of S1 and of ``s2_alone``, that the trace keeps.
         every: Of this many rows from it on the trace keeps one, to save memory.
     """
     so_far = _INTERPRETED[method.update] + series.s1.size
     compiles = so_far >= compile_from
-    if not compiles and so_far >= WORTH_LOADING and method.compiles:
+    if not compiles and method.compiles and _pays_to_load(so_far, series.s1.size):
         compiles = is_kept(_run, **_bindings(method))
     if not compiles:
         _INTERPRETED[method.update] = so_far
     trace, _ = advanced(method, series, compiles=compiles, first=first, every=every)
     return trace
+
+
+def _pays_to_load(so_far: int, samples: int) -> bool:
+    if "numba" in sys.modules:
+        return so_far >= WORTH_LOADING
+    return _INTERPRETED.total() + samples >= WORTH_IMPORTING
 
 
 def advanced(

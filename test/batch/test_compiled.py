@@ -135,6 +135,7 @@ def test_work_is_kept_by_the_sources_that_went_in(
         (tmp_path / room).mkdir()
         (tmp_path / room / "part.py").write_text("x = 1\n")
     monkeypatch.setattr(module, "__file__", str(tmp_path / "core" / "compiled.py"))
+    monkeypatch.setattr(module, "_digest", module._digest.__wrapped__)  # each is another process
     directories = {module._cache_directory(), module._cache_directory()}
     for room in module.ROOMS:
         (tmp_path / room / "part.py").write_text("x = 2\n")

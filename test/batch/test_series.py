@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections import Counter
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -174,9 +176,10 @@ def test_many_short_series_are_compiled_for_like_a_long_one(
     assert bits(traces[0]) == bits(traces[2])
 
 
+@pytest.mark.parametrize("imported", [True, False])
 @pytest.mark.parametrize("kept", [True, False])
 def test_what_is_kept_on_disk_is_used_for_shorter_series(
-    kept: bool, monkeypatch: pytest.MonkeyPatch
+    kept: bool, imported: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     recorded = series_of(signals.irregular(50, seed=5))
     compilations: list[object] = []
@@ -187,7 +190,13 @@ def test_what_is_kept_on_disk_is_used_for_shorter_series(
 
     monkeypatch.setattr(series, "compiled", compiled)
     monkeypatch.setattr(series, "is_kept", lambda *_, **__: kept)
-    monkeypatch.setattr(series, "WORTH_LOADING", recorded.s1.size)
+    monkeypatch.setattr(
+        series, "WORTH_LOADING" if imported else "WORTH_IMPORTING", recorded.s1.size
+    )
+    if imported:
+        monkeypatch.setitem(sys.modules, "numba", ModuleType("numba"))
+    else:
+        monkeypatch.delitem(sys.modules, "numba", raising=False)
     for part in (recorded.part(0, 49), recorded):
         monkeypatch.setattr(series, "_INTERPRETED", Counter())
         run(fusion(Parameters()), part, compile_from=recorded.s1.size + 1)
