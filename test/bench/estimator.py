@@ -102,7 +102,7 @@ def infer_here(parameters: AggregatorParameters, s1: list[float], s2: list[float
 
 def kalman_filter(samples: list[float]) -> float:
     """Return seconds per predict and update of filterpy: constant velocity, position measured."""
-    from filterpy.kalman import KalmanFilter  # type: ignore[import-untyped]
+    from filterpy.kalman import KalmanFilter
 
     kalman = KalmanFilter(dim_x=2, dim_z=1)
     kalman.F = np.array([[1.0, STEP_NS * 1e-9], [0.0, 1.0]])

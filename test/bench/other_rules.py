@@ -58,7 +58,7 @@ def in_simpful(parameters: AggregatorParameters) -> Inference:
 
 def in_scikit_fuzzy(parameters: AggregatorParameters) -> Inference:
     """Return Mamdani inference of scikit-fuzzy, which has no singletons: narrow triangles."""
-    from skfuzzy import control, trimf  # type: ignore[import-untyped]
+    from skfuzzy import control, trimf
 
     inputs = {}
     for name, points in (("difference", parameters.difference), ("rate", parameters.rate)):

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 import tempfile
 import time
 from collections.abc import Iterator
@@ -85,8 +86,8 @@ def rows(effort: Effort) -> list[Row]:
 
             interleaved(
                 effort.repetitions,
-                lambda cold=cold, to=times: note("node", NODE, cold, to),  # type: ignore[misc]
-                lambda cold=cold, to=times: note("relay", RELAY, cold, to),  # type: ignore[misc]
+                functools.partial(note, "node", NODE, cold, times),
+                functools.partial(note, "relay", RELAY, cold, times),
             )
             for column, kind, aim in ((0, "", at_most(1.0, "s more")), (1, ", CPU", None)):
                 it = compared(

@@ -10,6 +10,7 @@ import subprocess
 import sys
 from importlib.metadata import entry_points
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -51,7 +52,7 @@ def test_what_is_wrong_is_said_in_one_line(
     assert capsys.readouterr().err.startswith(said)
 
 
-def ros2(*arguments: str) -> tuple[argparse.ArgumentParser, argparse.Namespace, object]:
+def ros2(*arguments: str) -> tuple[argparse.ArgumentParser, argparse.Namespace, Any]:
     """Parse a command line as ros2cli does; return its extension too."""
     (entry,) = entry_points(group="ros2cli.command", name="fusion")
     extension = entry.load()()
@@ -69,10 +70,10 @@ def test_ros2_fusion_runs_a_verb(
     root, given, extension = ros2("replay", "--help")
     assert given._command is not None
     with pytest.raises(SystemExit, match="0"):
-        extension.main(parser=root, args=given)  # type: ignore[attr-defined]
+        extension.main(parser=root, args=given)
     assert capsys.readouterr().out.startswith("usage: ros2 fusion replay [-h]")
     root, given, extension = ros2()
-    assert extension.main(parser=root, args=given) == 0  # type: ignore[attr-defined]
+    assert extension.main(parser=root, args=given) == 0
     assert capsys.readouterr().out.startswith("usage: ros2 fusion [-h]")
     assert called("tune") == "ros2 fusion tune"
 

@@ -18,7 +18,7 @@ class RandomWalks:
         bias_noise: float | None,
     ) -> None:
         # Takes 2 s, in every process that collects the tests.
-        from filterpy.kalman import KalmanFilter  # type: ignore[import-untyped]
+        from filterpy.kalman import KalmanFilter
 
         size = 1 if bias_noise is None else 2
         self._rates = np.diag([process_noise**2, (bias_noise or 0.0) ** 2][:size])
