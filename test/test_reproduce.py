@@ -140,8 +140,9 @@ def test_parameters_come_from_a_file(tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def canned(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+def canned(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., None]:
     """Let nothing be run, and these be the checked on two claims and a target."""
+    monkeypatch.chdir(tmp_path)  # for the default output
 
     def can(*checked: bool, target: bool = True) -> None:
         claims = [CheckedClaim(9, f"claim {v}", "x > 1", v, 2.0, (1.5, 2.5), "") for v in checked]
