@@ -18,9 +18,6 @@ from fuzzy_fusion_ros.messages.type_fields import FLOATS
 Rows = NDArray[np.uint8]
 """Messages of the same length, shape (n, bytes)."""
 
-Reals = NDArray[np.float64]
-"""Numbers, shape (n,)."""
-
 _END_OF_STAMPS = 2**31 * SECOND_NS
 
 
@@ -29,7 +26,7 @@ def repeated(message: bytes, times: int) -> Rows:
     return np.tile(np.frombuffer(message, np.uint8), (times, 1))
 
 
-def put(rows: Rows, at: int, form: str, numbers: Reals | NDArray[np.int64]) -> bool:
+def put(rows: Rows, at: int, form: str, numbers: NDArray[np.float64] | NDArray[np.int64]) -> bool:
     """Write a number into each row.
 
     Args:
@@ -86,7 +83,7 @@ def filled(
     rows: Rows,
     codec: ScalarCodec,
     place: Place,
-    values: Reals,
+    values: NDArray[np.float64],
     stamps_ns: NDArray[np.int64],
 ) -> bool:
     """Write scalars and stamps into rows, as templates do one by one.
@@ -104,7 +101,7 @@ def filled(
     write = codec.function.write
     if write is None:
         return False
-    on_arrays = cast("Callable[[tuple[()], Reals], tuple[Reals]]", write)  # the same arithmetic
+    on_arrays = cast(Callable[..., tuple[NDArray[np.float64]]], write)  # the same arithmetic
     with np.errstate(over="ignore", invalid="ignore"):
         (numbers,) = on_arrays((), values)
     ((form, at),) = place.numbers

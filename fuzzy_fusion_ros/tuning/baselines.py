@@ -167,7 +167,8 @@ def scaled_to_errors(
     deviation = np.concatenate([each.standard_deviation for each in traces])[counted]
     factor = root_mean_square(error / np.maximum(deviation, TINY))
     known = flatten(parameters)
-    changes = {each: factor * float(known[each]) for each in noises}  # type: ignore[arg-type]
+    numbers = {each: known[each] for each in noises}
+    changes = {k: factor * v for k, v in numbers.items() if isinstance(v, float)}
     if allowed(BaselineParameters, changes) != changes:
         return parameters
     return replace(parameters, changes)
