@@ -4,6 +4,9 @@
 S1, low-passed with a trend, is the signal plus the bias. The bias is measured by what S2 would read
 if S1 were right, S1 through S2's lag and delay, minus what S2 reads. Outliers of either sensor
 count little.
+
+Its variance is the sum of those of the low-passed S1 and of the bias, as if their errors were
+independent. They are not, since the bias is learnt from that S1: the variance is approximate.
 """
 
 from __future__ import annotations

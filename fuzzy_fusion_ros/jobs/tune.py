@@ -184,7 +184,7 @@ def tune(
     recordings = tuple(each for one in read for each in one.recordings)
     truths = [each for one in read for each in one.truths]
     trials = [
-        Trial(each.series, truth, each.name if len(recordings) > 1 else "")
+        Trial(each.series, truth, each.name if len(recordings) > 1 else "", each.clocks_agree)
         for each, truth in zip(recordings, truths, strict=True)
     ]
     with progress.counted("tuning", " runs") as advance:

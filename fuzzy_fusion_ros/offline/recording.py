@@ -51,6 +51,7 @@ class Recording(NamedTuple):
         unit: Unit of the signal, ``""`` where the types do not say.
         period: A full turn of it, 0 if it does not wrap; the series is on continuous lines, tracks
             are as recorded.
+        clocks_agree: Whether stamps and arrivals are consistent with one clock for both sensors.
         notes: What was left out, and why, one line each.
     """
 
@@ -63,6 +64,7 @@ class Recording(NamedTuple):
     start_ns: int
     unit: str
     period: float
+    clocks_agree: bool
     notes: tuple[str, ...]
 
 
@@ -99,8 +101,9 @@ def read_recording(
     span = (start_s, end_s, progress)
     read = read_clean(bag, topics.by_role(), codecs, parameters, *span)
     notes: list[str] = []
+    clock_problem = ""
     if read is None:
-        read, notes = _read_one_by_one(bag, topics, codecs, parameters, *span)
+        read, clock_problem, notes = _read_one_by_one(bag, topics, codecs, parameters, *span)
     tracks = read.tracks
     for role, track in tracks.items():
         largest = np.max(np.abs(track.values), initial=0.0)
@@ -119,7 +122,8 @@ def read_recording(
         start_ns=bag.start_ns or 0,
         unit=unit,
         period=parameters.signal.period,
-        notes=(*unstamped(topics, codecs), *notes, *bag.problems),
+        clocks_agree=not clock_problem,
+        notes=(*unstamped(topics, codecs), *filter(None, [clock_problem]), *notes, *bag.problems),
     )
 
 
@@ -131,8 +135,11 @@ def _read_one_by_one(
     start_s: float | None,
     end_s: float | None,
     progress: Progress,
-) -> tuple[Samples, list[str]]:
-    """Read the samples through guards and trigger; return them, and what was left out and why.
+) -> tuple[Samples, str, list[str]]:
+    """Read the samples through guards and trigger.
+
+    Returns:
+        The samples; what is wrong with the clocks, ``""`` for nothing; what was left out and why.
 
     Raises:
         BagError: S1 or S2 has no usable sample.
@@ -168,14 +175,13 @@ def _read_one_by_one(
                 break
             steps.follow(verdict)
     intake.finish()
-    notes += filter(None, [intake.clock_problem()])
     for role, reader in readers.items():
         notes += reader.notes()
         if reader.is_empty and role in {"s1", "s2"}:
             why = "; ".join(reader.notes()) or "no message in this span"
             raise BagError(f"bag {str(bag.path)!r}: no usable message on {reader.topic}: {why}")
     tracks = {role: reader.track() for role, reader in readers.items()}
-    return Samples(tracks, steps.series(intake.s1.first_ns)), notes
+    return Samples(tracks, steps.series(intake.s1.first_ns)), intake.clock_problem(), notes
 
 
 def read_explanation(

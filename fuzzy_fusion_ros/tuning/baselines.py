@@ -149,7 +149,10 @@ def scaled_to_errors(
     wanted: Reals,
     counted: Flags,
 ) -> BaselineParameters:
-    """Return the parameters, noises of a filter scaled until its errors are as large as it says.
+    """Return the parameters with the noises of a filter scaled to its errors on the recordings.
+
+    The scale allows for no optimism, because baselines are not cross-validated, whereas that of the
+    fusion does: on a recording that neither was fitted to, this filter claims more than it should.
 
     Args:
         parameters: Of all baselines, fitted.

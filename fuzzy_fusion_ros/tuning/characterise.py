@@ -12,7 +12,14 @@ from fuzzy_fusion_ros.batch.cleaning import (
     without_noise,
     without_spikes,
 )
-from fuzzy_fusion_ros.batch.lag import TRUSTED, Lag, chance_correlation, lag_of, read_through
+from fuzzy_fusion_ros.batch.lag import (
+    SHARE_OF_SPAN,
+    TRUSTED,
+    Lag,
+    chance_correlation,
+    lag_of,
+    read_through,
+)
 from fuzzy_fusion_ros.batch.series import Series, held_s2, seconds
 from fuzzy_fusion_ros.self_tuning.spikes import FEWEST_SPIKES
 from fuzzy_fusion_ros.tuning.errors import TuneError
@@ -52,6 +59,8 @@ class Characteristics(NamedTuple):
         difference: Median of ``|S1 - S2|``, unit of the signal.
         rate: Root mean square of dS2/dt, unit of the signal per second.
         one_way: Magnitude of the mean of dS2/dt, over ``rate``: 1 for a straight line.
+        longest_lag: Longest delay and time constant that the search for the lag covers, s.
+        clocks_agree: Whether both sensors are stamped by the same clock, as far as is known.
     """
 
     span: float
@@ -71,11 +80,23 @@ class Characteristics(NamedTuple):
     difference: float
     rate: float
     one_way: float
+    longest_lag: float
+    clocks_agree: bool = True
 
     @property
     def moves_one_way(self) -> bool:
         """Whether a lag of S2 looks the same as a bias of S1, so that neither can be determined."""
         return self.one_way > ONE_WAY
+
+    @property
+    def lag_at_limit(self) -> bool:
+        """Whether the lag is at the edge of its search range, so that it is no measurement."""
+        return max(self.lag.delay, self.lag.time_constant) >= self.longest_lag
+
+    @property
+    def lag_is_identifiable(self) -> bool:
+        """Whether the lag is that of S2: within its search range and in the time of one clock."""
+        return self.clocks_agree and not self.lag_at_limit
 
     @property
     def has_spikes(self) -> bool:
@@ -126,6 +147,7 @@ def characterise(series: Series) -> Characteristics:
         difference=max(float(np.median(apart)), TINY),
         rate=rate,
         one_way=min(abs(float(rates.mean())) / rate, 1.0),
+        longest_lag=SHARE_OF_SPAN * float(s2_s[-1] - s2_s[0]),
     )
 
 

@@ -48,7 +48,8 @@ S1_PAYS = 0.8
 its changes explain those of S2."""
 
 ENOUGH_S2 = 50
-"""With fewer samples of S2 the bias alone is learnt: there are too few to fit any rules to."""
+"""With fewer samples of S2, too few to fit rules to, ``bias`` is chosen unless a sensor alone is no
+worse; its time constant is not shortened, and without a truth the outcome has a warning."""
 
 RULES_PAY = 0.95
 """Without a truth, the rules must lower the surprise to this share."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy_fusion_ros.batch.lag import TRUSTED
+from fuzzy_fusion_ros.batch.lag import SHARE_OF_SPAN, TRUSTED
 from fuzzy_fusion_ros.parameters.group import flatten
 from fuzzy_fusion_ros.text.table import bag_table, text_table
 from fuzzy_fusion_ros.tuning.candidates import LOST_AFTER
@@ -28,15 +28,15 @@ def described(sensors: Characteristics, unit: str) -> list[str]:
         unit: Unit of the signal, ``""`` where it is not known.
     """
     u = f" {unit}" if unit else ""
+    bias = "S1's bias" if sensors.clocks_agree and not sensors.moves_one_way else "S1 minus S2"
     per_s = f" {unit}/s" if unit and "/" not in unit else f" ({unit})/s" if unit else "/s"
     return [
         f"S1: {_rate(sensors.s1_interval)}, white noise of {sensors.s1_noise:.3g}{u} "
         f"(standard deviation), {_spikes(sensors)}",
         f"S2: {_rate(sensors.s2_interval)}{_gap(sensors)}{_delivery(sensors)}; "
         f"it changes by {sensors.rate:.3g}{per_s} (root mean square)",
-        f"S2 lags {sensors.lag.total:.2g} s behind S1: a delay of {sensors.lag.delay:.2g} s, "
-        f"then a time constant of {sensors.lag.time_constant:.2g} s{_trust(sensors)}",
-        f"S1's bias is {sensors.bias:+.3g}{u} on average; "
+        _lag(sensors),
+        f"{bias} is {sensors.bias:+.3g}{u} on average; "
         f"it drifts by {sensors.drift:+.2g}{per_s}, and scatters about that by "
         f"{sensors.wander:.3g}{u} (standard deviation)",
         f"S1 and S2 are typically {sensors.difference:.3g}{u} apart",
@@ -156,9 +156,17 @@ def outcome(tuned: Tuned, unit: str) -> str:
     return (
         f"RMSE {tuned.before_error:.4g}{u} before, {tuned.error:.4g}{u} after; "
         f"S2 counts as lost after {tuned.parameters.s2.timeout:.3g} s"
+        + _bound(tuned)
         + ("" if tuned.parameters.predictor.enabled else "; the predictor would not help")
         + _warning(tuned)
     )
+
+
+def _bound(tuned: Tuned) -> str:
+    threshold = tuned.parameters.s2.outlier_threshold
+    if threshold <= 0.0:
+        return ""
+    return f"; innovations of S2 are bounded at {threshold:g} of their standard deviations"
 
 
 def _warning(tuned: Tuned) -> str:
@@ -203,7 +211,8 @@ def as_json(tuned: Tuned, unit: str, names: Sequence[str] = ()) -> dict[str, Any
         names: Names of the recordings, if there are several: each then has an entry.
     """
     sensors = tuned.sensors._asdict()
-    sensors["lag"] = tuned.sensors.lag._asdict()
+    lag_is_identifiable = tuned.sensors.lag_is_identifiable
+    sensors["lag"] = {**tuned.sensors.lag._asdict(), "identifiable": lag_is_identifiable}
     document = {
         "unit": unit or None,
         "with_truth": tuned.with_truth,
@@ -260,21 +269,40 @@ def _gap(sensors: Characteristics) -> str:
     return ""
 
 
-def _trust(sensors: Characteristics) -> str:
-    correlation = sensors.lag.correlation
+def _lag(sensors: Characteristics) -> str:
+    """Return S2's lag in words, without a number where there is no measurement."""
+    lag = sensors.lag
+    why = _why_no_lag(sensors)
+    if why:
+        return f"S2's lag is not identifiable{why}"
+    seen = (
+        f" (seen through it, S1 and S2 correlate by {lag.correlation:.2f})"
+        if lag.correlation >= TRUSTED
+        else f"; this is a guess: seen through it, S1 explains little of S2 "
+        f"(correlation {lag.correlation:.2f})"
+    )
+    return (
+        f"S2 lags {lag.total:.2g} s behind S1: a delay of {lag.delay:.2g} s, "
+        f"then a time constant of {lag.time_constant:.2g} s{seen}"
+    )
+
+
+def _why_no_lag(sensors: Characteristics) -> str:
+    if not sensors.clocks_agree:
+        return ", nor is S1's bias: the clocks that stamp S1 and S2 disagree"
     if sensors.moves_one_way:
         return (
-            "; this is meaningless, and so is the bias: the signal moves one way, and a lag of S2 "
-            "then looks like a bias of S1; record motion both ways"
+            ", nor is S1's bias: the signal moves one way, and a lag of S2 then looks like a bias "
+            "of S1; record motion both ways"
         )
     if not sensors.related:
         return (
-            f"; this is meaningless: S1 and S2 have no more in common than unrelated signals "
-            f"(correlation {correlation:.2f})"
+            ": S1 and S2 have no more in common than unrelated signals "
+            f"(correlation {sensors.lag.correlation:.2f})"
         )
-    if correlation < TRUSTED:
+    if sensors.lag_at_limit:
         return (
-            f"; this is a guess: seen through it, S1 explains little of S2 "
-            f"(correlation {correlation:.2f})"
+            f": the search ended at its longest lag, {sensors.longest_lag:.2g} s; check the stamps "
+            f"of S1 and S2, or record at least {1.0 / SHARE_OF_SPAN:.0f} times the lag"
         )
-    return f" (seen through it, S1 and S2 correlate by {correlation:.2f})"
+    return ""

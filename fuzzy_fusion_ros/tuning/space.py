@@ -12,7 +12,7 @@ import numpy as np
 from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.batch.lag import TRUSTED, Lag
 from fuzzy_fusion_ros.core.numerics import clamped
-from fuzzy_fusion_ros.parameters.group import Descriptor, Group, descriptors, within
+from fuzzy_fusion_ros.parameters.group import Descriptor, Group, descriptors, flatten, within
 from fuzzy_fusion_ros.self_tuning import homes
 from fuzzy_fusion_ros.tuning.characterise import TINY, Characteristics
 
@@ -100,6 +100,19 @@ class Space(NamedTuple):
             values: By dotted name; shares as shares.
         """
         return np.array([each.place(values.get(each.name, each.usual)) for each in self.axes])
+
+    def point_of(self, parameters: Group) -> Reals:
+        """Return the point of parameters: the inverse of :meth:`values`."""
+        known = {
+            name: float(value)
+            for name, value in flatten(parameters).items()
+            if isinstance(value, int | float)
+        }
+        whole = {**known, "": 1.0}
+        shares = {
+            each.name: known[each.name] / max(whole[each.share_of], TINY) for each in self.axes
+        }
+        return self.point(shares)
 
     def values(self, point: Reals) -> dict[str, float]:
         """Return the parameters at a point by dotted name, including those that are set."""

@@ -62,6 +62,7 @@ def typical(sensors: Sequence[Characteristics]) -> Characteristics:
         s2_gap=max(each.s2_gap for each in sensors),
         s2_delivery=max(each.s2_delivery for each in sensors),
         bias=bias,
+        clocks_agree=all(each.clocks_agree for each in sensors),
         drift=float(np.average([each.drift for each in sensors], weights=spans)),
         wander=float(np.sqrt(scatter)),
         **medians,
@@ -89,6 +90,8 @@ def oddities(sensors: Characteristics, usual: Characteristics) -> Iterator[str]:
     elif (
         min(own_lag.correlation, lag.correlation) >= TRUSTED
         and not sensors.moves_one_way
+        and sensors.lag_is_identifiable
+        and usual.lag_is_identifiable
         and abs(own_lag.total - lag.total) > usual.s2_interval
         and _differ(own_lag.total, lag.total, OTHER_LAG)
     ):

@@ -17,6 +17,7 @@ from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import allowed, flatten, replace
 from fuzzy_fusion_ros.self_tuning.homes import safety_net
 from fuzzy_fusion_ros.tuning import baselines, model_selection
+from fuzzy_fusion_ros.tuning.candidates import candidates_for
 from fuzzy_fusion_ros.tuning.characterise import (
     FEWEST_S1,
     TINY,
@@ -24,31 +25,32 @@ from fuzzy_fusion_ros.tuning.characterise import (
     characterise,
 )
 from fuzzy_fusion_ros.tuning.errors import TuneError
-from fuzzy_fusion_ros.tuning.fit import Problem
+from fuzzy_fusion_ros.tuning.fit import REFIT_STEPS, FitSpec, Problem, search_of
 from fuzzy_fusion_ros.tuning.kernel import joined, outputs
 from fuzzy_fusion_ros.tuning.model_selection import FittedCandidate
 from fuzzy_fusion_ros.tuning.reference import reference_without_truth
-from fuzzy_fusion_ros.tuning.search import Pool, Progress
+from fuzzy_fusion_ros.tuning.search import Pool, Progress, minimise
 from fuzzy_fusion_ros.tuning.together import oddities, typical
 
 NO_WORSE = 1.002
-"""A step of the method is switched off if that increases the misfit by no more than this."""
+"""What makes the method simpler or safer may increase the misfit by up to this factor: a step of it
+that is switched off, the safety net that is set."""
 
 INSTANT = 0.1
 """Below this share of S2's interval, learning is as good as instant."""
 
 SHORTENING_COSTS = 1.02
-"""The bias's time constant is shortened while that increases the misfit by no more than this."""
+"""Shortening the bias's time constant may increase the misfit by up to this factor."""
 
 OUTLIER_THRESHOLD = 4.0
-"""Fits bound innovations of S2 at this many standard deviations, unless given: of normal ones, one
-in 16,000 is beyond it."""
+"""Fits bound innovations of S2 at this many of their standard deviations unless a threshold above 0
+is given: of normal ones, one in 16,000 is beyond it."""
 
 BOUNDING_COSTS = 1.02
-"""Innovations of S2 are bounded unless that increases the misfit by more than this."""
+"""Bounding innovations of S2 may increase the misfit by up to this factor."""
 
 MOST_DOUBLINGS = 12
-"""A safety net that would still fire after this many doublings is left off."""
+"""A safety net that still does harm after this many doublings is not set."""
 
 UNSEEN = 1.5
 """Without a truth, errors are larger by this than what S2's innovations show."""
@@ -79,11 +81,13 @@ class Trial(NamedTuple):
         series: The recording.
         truth: At each S1 sample, shape (n,), NaN where unknown; without it a reference is made.
         name: What errors call it; a single recording needs none.
+        clocks_agree: Whether one clock stamps both sensors, as far as is known.
     """
 
     series: Series
     truth: Reals | None = None
     name: str = ""
+    clocks_agree: bool = True
 
 
 class OnRecording(NamedTuple):
@@ -231,7 +235,7 @@ def tune_to(
     best = model_selection.chosen(candidates, s2_samples, with_truth, sensors.related)
     final = best.parameters
     if before.s2.outlier_threshold <= 0.0:
-        final = bounded_if_cheap(problem, final)
+        final = bounded_if_cheap(problem, _spec_of(best, sensors, with_truth), final, seed)
     if with_truth:
         final = simplified(problem, final)
         if s2_samples >= model_selection.ENOUGH_S2:  # else they do not show what it costs
@@ -304,7 +308,7 @@ class _Begun(NamedTuple):
 def _begun(trial: Trial) -> _Begun:
     series = trial.series.at_s1()
     try:
-        sensors = characterise(series)
+        sensors = characterise(series)._replace(clocks_agree=trial.clocks_agree)
         target = reference_without_truth(series, sensors) if trial.truth is None else trial.truth
         counted = (series.s2_known > 0) & np.isfinite(target)
         if np.count_nonzero(counted) < FEWEST_S1:
@@ -317,20 +321,34 @@ def _begun(trial: Trial) -> _Begun:
     return _Begun(series, sensors, target, counted)
 
 
-def bounded_if_cheap(problem: Problem, parameters: Parameters) -> Parameters:
-    """Let S2's innovations count without bound if bounding them costs more than next to nothing.
+def bounded_if_cheap(
+    problem: Problem, spec: FitSpec, parameters: Parameters, seed: int
+) -> Parameters:
+    """Remove the bound on S2's innovations if it costs too much, and then fit without it.
 
     Garbage of S2 is often missing from a recording, and correct samples of it are seldom far off.
 
     Args:
         problem: What was fitted.
-        parameters: The result; nothing is bounded unless the bias is learnt.
+        spec: How.
+        parameters: The result; without the observer there is nothing to bound.
+        seed: Seed of the second fit.
     """
     unbounded = replace(parameters, {"s2.outlier_threshold": 0.0})
     if not parameters.s1.bias_time_constant > 0.0:
         return unbounded
-    is_cheap = problem.misfit(parameters) <= BOUNDING_COSTS * problem.misfit(unbounded)
-    return parameters if is_cheap else unbounded
+    if problem.misfit(parameters) <= BOUNDING_COSTS * problem.misfit(unbounded):
+        return parameters
+    free = problem._replace(base=replace(problem.base, {"s2.outlier_threshold": 0.0}))
+    start = spec.space.point_of(unbounded)
+    refit = search_of(free, spec, start, spec.evaluations.part, (seed, 3), steps=REFIT_STEPS)
+    return replace(free.base, spec.space.values(minimise(refit).point))
+
+
+def _spec_of(chosen: FittedCandidate, sensors: Characteristics, with_truth: bool) -> FitSpec:
+    """Return how the chosen candidate was fitted."""
+    candidates = candidates_for(sensors, with_truth)
+    return next(each.spec for each in candidates if each.name == chosen.name)
 
 
 def with_low_pass(problem: Problem, sensors: Characteristics, parameters: Parameters) -> Parameters:
@@ -398,8 +416,8 @@ def shorten_bias_time_constant(problem: Problem, parameters: Parameters) -> Para
 def with_safety_net(problem: Problem, parameters: Parameters) -> Parameters:
     """Set from which difference on S1 counts as wrong: far beyond any of the recording.
 
-    The first innovations, which say what was not known before, do not count among the largest; if
-    the rule fires at them to the estimate's harm, the difference is doubled.
+    The first innovations are large, because nothing was known before, and do not count; where the
+    rule fires at them and increases the misfit, the difference is doubled.
 
     Args:
         problem: What was fitted.
@@ -410,7 +428,7 @@ def with_safety_net(problem: Problem, parameters: Parameters) -> Parameters:
     if known.size == 0 or not known.max() > 0.0:
         return parameters
     most = NO_WORSE * problem.misfit(parameters)
-    for doublings in range(MOST_DOUBLINGS):
+    for doublings in range(MOST_DOUBLINGS + 1):
         guarded = replace(parameters, safety_net(float(known.max()) * 2.0**doublings))
         if problem.misfit(guarded) <= most:
             return guarded

@@ -10,6 +10,7 @@ from tuning.recordings import Sensors, made
 from fuzzy_fusion_ros.batch.cleaning import without_spikes
 from fuzzy_fusion_ros.tuning import TuneError, characterise
 from fuzzy_fusion_ros.tuning.report import described
+from fuzzy_fusion_ros.tuning.together import oddities, typical
 
 
 def test_rates_and_gaps() -> None:
@@ -68,6 +69,27 @@ def test_it_is_told_in_words() -> None:
     plain = "\n".join(described(characterise(made(Sensors()).series), ""))
     assert "no spikes" in plain
     assert "gaps" not in plain
+
+
+def test_a_lag_at_the_edge_of_its_search_range_is_not_shown_as_a_measurement() -> None:
+    late = characterise(made(Sensors(delay=3.0, lag=0.0)).series)  # a twentieth of 40 s is 2 s
+    assert late.lag_at_limit
+    text = "\n".join(described(late, "rad"))
+    assert "S2's lag is not identifiable: the search ended at its longest lag, 2 s" in text
+    assert "S2 lags" not in text
+
+
+def test_where_the_clocks_disagree_no_lag_is_shown() -> None:
+    usual = characterise(made(Sensors()).series)
+    apart = usual._replace(clocks_agree=False)
+    text = "\n".join(described(apart, "rad"))
+    assert "S2's lag is not identifiable, nor is S1's bias: the clocks" in text
+    assert "S2 lags" not in text
+    assert "S1 minus S2 is +0." in text
+    assert "S1's bias is" not in text
+    assert not typical([usual, apart]).clocks_agree
+    odd = apart._replace(lag=usual.lag._replace(delay=9.0))
+    assert list(oddities(odd, usual)) == []
 
 
 def test_unrelated_sensors_are_said_to_be() -> None:

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from searching import examples
+from tuning.recordings import Sensors, made
 
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters
 from fuzzy_fusion_ros.batch.arrays import Reals
@@ -18,7 +19,7 @@ from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import allowed, descriptors, replace
 from fuzzy_fusion_ros.tuning.baselines import attempts
 from fuzzy_fusion_ros.tuning.candidates import candidates_for
-from fuzzy_fusion_ros.tuning.characterise import Characteristics
+from fuzzy_fusion_ros.tuning.characterise import Characteristics, characterise
 from fuzzy_fusion_ros.tuning.fit import Problem
 from fuzzy_fusion_ros.tuning.space import Axis, Space, space_of, very_large
 from fuzzy_fusion_ros.tuning.tune import rounded
@@ -51,6 +52,7 @@ def recordings(draw: st.DrawFn) -> Characteristics:
         difference=draw(sizes),
         rate=draw(sizes) / draw(times),
         one_way=draw(shares),
+        longest_lag=draw(times),
     )
 
 
@@ -116,6 +118,14 @@ def test_axes_go_both_ways(axis: Axis, place: float, value: float) -> None:
     assert axis.place(value) == pytest.approx(place)
     assert axis.place(1e9) == 1.0
     assert axis.place(-1e9) == 0.0
+
+
+def test_the_point_of_parameters_is_where_they_came_from() -> None:
+    for candidate in candidates_for(characterise(made(Sensors(spikes=0.1)).series)):
+        space = candidate.spec.space
+        point = np.linspace(0.3, 0.7, len(space.axes))
+        found = space.point_of(replace(Parameters(), space.values(point)))
+        assert found == pytest.approx(point)
 
 
 def test_a_pull_is_by_the_squared_decade() -> None:

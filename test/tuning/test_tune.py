@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 
 import numpy as np
@@ -17,6 +18,7 @@ from fuzzy_fusion_ros.batch.series import Series, fusion, run, values
 from fuzzy_fusion_ros.core.estimator import FUSED
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import flatten, replace
+from fuzzy_fusion_ros.self_tuning.homes import safety_net
 from fuzzy_fusion_ros.tuning import (
     Trial,
     Tuned,
@@ -26,7 +28,9 @@ from fuzzy_fusion_ros.tuning import (
     tune,
     tune_to,
 )
-from fuzzy_fusion_ros.tuning.fit import Problem
+from fuzzy_fusion_ros.tuning.candidates import candidates_for
+from fuzzy_fusion_ros.tuning.fit import FitSpec, Problem
+from fuzzy_fusion_ros.tuning.kernel import joined
 from fuzzy_fusion_ros.tuning.model_selection import (
     BLOCKS,
     ENOUGH_S2,
@@ -39,6 +43,7 @@ from fuzzy_fusion_ros.tuning.model_selection import (
 from fuzzy_fusion_ros.tuning.report import as_json, comments, described, outcome
 from fuzzy_fusion_ros.tuning.together import oddities, typical
 from fuzzy_fusion_ros.tuning.tune import (
+    BOUNDING_COSTS,
     INSTANT,
     NO_WORSE,
     OUTLIER_THRESHOLD,
@@ -255,14 +260,54 @@ def test_innovations_of_s2_are_bounded_where_that_costs_next_to_nothing(recordin
     weights = {f"aggregator.weight.{each}": 0.0 for each in _WEIGHTS}
     learning = replace(Parameters(), {**weights, "s1.bias_time_constant": 0.5, **_LAG})
     bounded = replace(learning, {"s2.outlier_threshold": OUTLIER_THRESHOLD})
-    assert bounded_if_cheap(problem, bounded) == bounded
-    right = problem._replace(target=values(fusion(learning), series))
-    assert bounded_if_cheap(right, replace(learning, {"s2.outlier_threshold": 0.1})) == learning
+    spec = fit_of("bias", series)
+    assert bounded_if_cheap(problem, spec, bounded, 0) == bounded
     blend = replace(bounded, {"s1.bias_time_constant": 0.0})
-    assert bounded_if_cheap(problem, blend).s2.outlier_threshold == 0.0
+    assert bounded_if_cheap(problem, spec, blend, 0).s2.outlier_threshold == 0.0
 
 
-def test_the_safety_net_does_not_fire_at_the_first_innovations_to_the_estimates_harm() -> None:
+def test_where_the_bound_is_removed_the_rest_is_fitted_without_it(
+    recording: Made, patch: pytest.MonkeyPatch
+) -> None:
+    series, truth = recording
+    problem = Problem(
+        [series],
+        truth,
+        series.s2_known > 0,
+        replace(Parameters(), {"s2.outlier_threshold": 0.1}),
+    )
+    spec = fit_of("bias", series)
+    off = {"s1.bias_time_constant": 50.0, **_LAG}
+    tight = replace(problem.base, {**spec.space.values(spec.space.point({})), **off})
+    loose = replace(tight, {"s2.outlier_threshold": 0.0})
+    assert problem.misfit(tight) > BOUNDING_COSTS * problem.misfit(loose)
+    found = bounded_if_cheap(problem, spec, tight, 0)
+    assert found.s2.outlier_threshold == 0.0
+    assert found.s1.bias_time_constant != loose.s1.bias_time_constant
+    assert problem.misfit(found) < 0.9 * problem.misfit(loose)
+    assert bounded_if_cheap(problem, spec, tight, 0) == found
+
+
+def test_the_largest_threshold_that_may_be_given_bounds_nothing(tuned: Tuned, unseen: Made) -> None:
+    s2 = unseen.series.s2.copy()
+    s2[20::40] += 30.0
+    series = unseen.series._replace(s2=s2)
+    off, largest = (
+        values(fusion(replace(tuned.parameters, {"s2.outlier_threshold": each})), series)
+        for each in (0.0, 1e6)
+    )
+    assert (off == largest).all()
+
+
+def fit_of(name: str, series: Series) -> FitSpec:
+    """Return how a candidate is fitted to a recording with a truth."""
+    candidates = candidates_for(characterise(series))
+    return next(each.spec for each in candidates if each.name == name)
+
+
+def test_the_safety_net_does_not_fire_at_the_first_innovations_to_the_estimates_harm(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     time_s = np.arange(1000) * 0.04
     truth = np.sin(time_s) + np.sin(2.3 * time_s + 1.0)
     s2 = np.sin(time_s[::5] - 0.2) + np.sin(2.3 * (time_s[::5] - 0.2) + 1.0)
@@ -285,6 +330,13 @@ def test_the_safety_net_does_not_fire_at_the_first_innovations_to_the_estimates_
     guarded = with_safety_net(problem, parameters)
     assert guarded.aggregator.difference.large < 10.0  # the net is still there
     assert problem.misfit(guarded) <= NO_WORSE * problem.misfit(parameters)
+    known = np.abs(joined(parameters, [series]).innovation)
+    undoubled = safety_net(float(np.nanmax(known)))["aggregator.difference.large"]
+    doublings = round(np.log2(guarded.aggregator.difference.large / undoubled))
+    assert doublings > 0
+    for most, found in ((doublings, guarded), (doublings - 1, parameters)):
+        monkeypatch.setattr(sys.modules[with_safety_net.__module__], "MOST_DOUBLINGS", most)
+        assert with_safety_net(problem, parameters) == found
 
 
 def test_garbage_of_s2_that_the_recording_lacks_does_little_harm(
