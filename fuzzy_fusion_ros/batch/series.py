@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import sys
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -36,25 +36,15 @@ from fuzzy_fusion_ros.self_tuning import estimator_for
 State = Any
 """State of a method; each method has its own type."""
 
-WORTH_COMPILING = 300_000
-"""From this many samples on, compiling a method for the first time costs less than it saves."""
+_AGGREGATOR_S, _COMPLETE_S, _COMPILING_S = 1.5e-5, 1e-4, 20.0
+"""CPU time of a step of the fusion, without and with the predictor, and of compiling its loop,
+seconds: about, as the next."""
 
-WORTH_IMPORTING = 50_000
-"""As ``WORTH_COMPILING``, for all methods together, where an earlier process has compiled this one:
-most of that is numba's import;"""
+_IMPORTING_S, _LOADING_S = 1.0, 0.04
+"""CPU time to import numba, and to load a loop that an earlier process has compiled, seconds."""
 
-WORTH_LOADING = 1_000
-"""and for one method, once numba is imported."""
-
-_AGGREGATOR_S, _COMPLETE_S = 2e-5, 1.2e-4
-"""CPU time of an interpreted step, without and with the predictor, seconds: about,"""
-
-_COMPILING_S, _LOADING_S = 22.0, 1.5
-"""and that of compiling the loop for the first time, and of loading it from disk."""
-
-_INTERPRETED: Counter[Callable[..., Any]] = Counter()
-"""Samples over which each method's ``update`` has been interpreted in this process: many short
-series are worth compiling for, like a long one."""
+_INTERPRETED_S: defaultdict[Callable[..., Any], float] = defaultdict(float)
+"""CPU time for which each method's ``update`` has been interpreted in this process, seconds."""
 
 NOWHERE: Stamps = np.empty(0, np.int64)
 """No index at all."""
@@ -127,6 +117,8 @@ class Method(NamedTuple):
         parameters: What they take, plain numbers in named tuples.
         state: The state before any sample.
         compiles: Whether its functions can be compiled.
+        step_s: CPU time of an interpreted step, seconds: about, as the next.
+        compiling_s: CPU time of compiling a loop over it, seconds.
     """
 
     observe_s2: Callable[[Any, State, int, float], State]
@@ -135,6 +127,8 @@ class Method(NamedTuple):
     parameters: Any
     state: State
     compiles: bool = True
+    step_s: float = 1e-5
+    compiling_s: float = 2.0
 
 
 class Trace(NamedTuple):
@@ -183,38 +177,33 @@ def fusion(parameters: Parameters, started_ns: int = 0) -> Method:
     own = estimator_for(parameters)
     given = parameters if parameters.self_tuning else numbers(parameters)
     state = own.initial_state(parameters)._replace(started_ns=started_ns)
-    compiles = not parameters.self_tuning
-    return Method(own.observe_s2, own.update, own.without_s1, given, state, compiles)
+    return Method(
+        own.observe_s2,
+        own.update,
+        own.without_s1,
+        given,
+        state,
+        compiles=not parameters.self_tuning,
+        step_s=_COMPLETE_S if parameters.predictor.enabled else _AGGREGATOR_S,
+        compiling_s=_COMPILING_S,
+    )
 
 
 def run(
-    method: Method, series: Series, *, compile_from: int = 0, first: int = 0, every: int = 1
+    method: Method, series: Series, *, compiles: bool = True, first: int = 0, every: int = 1
 ) -> Trace:
     """Run a method over a series, step by step as a node would, from its initial state.
 
     Args:
         method: The method.
         series: The samples.
-        compile_from: Samples of S1, in this series and those interpreted before it, from which on
-            the loop is compiled, unless it is kept on disk, which pays much earlier; the result is
-            the same to the last bit.
+        compiles: Whether to compile the loop, if the method can be; the result is the same to the
+            last bit.
         first: The first row, one for each sample of S1 and of ``s2_alone``, that the trace keeps.
         every: Of this many rows from it on the trace keeps one, to save memory.
     """
-    so_far = _INTERPRETED[method.update] + series.s1.size
-    compiles = so_far >= compile_from
-    if not compiles and method.compiles and _pays_to_load(so_far, series.s1.size):
-        compiles = is_kept(_run, **_bindings(method))
-    if not compiles:
-        _INTERPRETED[method.update] = so_far
     trace, _ = advanced(method, series, compiles=compiles, first=first, every=every)
     return trace
-
-
-def _pays_to_load(so_far: int, samples: int) -> bool:
-    if "numba" in sys.modules:
-        return so_far >= WORTH_LOADING
-    return _INTERPRETED.total() + samples >= WORTH_IMPORTING
 
 
 def advanced(
@@ -234,18 +223,32 @@ def advanced(
         loop = compiled(_run, **_bindings(method))
         state = loop(method.parameters, taken_by(loop, method.state), series, trace, first, every)
         return trace, given_back(state, method.state)
+    if method.compiles:
+        _INTERPRETED_S[method.update] += method.step_s * series.s1.size
     plain = Series._make([*(each.tolist() for each in series[:-1]), series.started_ns])
     loop = interpreted(_run, **_bindings(method))
     return trace, loop(method.parameters, method.state, plain, trace, first, every)
 
 
-def pays_to_compile(parameters: Parameters, samples: int) -> bool:
-    """Return whether a run of the fusion over n samples of S1 should be compiled."""
-    method = fusion(parameters)
+def pays_to_compile(method: Method, samples: int) -> bool:
+    """Return whether to compile a method for a run over n samples of S1.
+
+    It is once it has been interpreted, with that run, for as long as compiling takes: many short
+    series are worth it like a long one. Where an earlier process has compiled it, it is once that
+    time is as long as loading takes: of the method alone if numba is imported, else of all
+    methods together, as they share the import.
+    """
     if not method.compiles or not can_compile():
         return False
-    each = _COMPLETE_S if parameters.predictor.enabled else _AGGREGATOR_S
-    return samples * each > (_LOADING_S if is_kept(_run, **_bindings(method)) else _COMPILING_S)
+    run_s = method.step_s * samples
+    own_s = _INTERPRETED_S[method.update] + run_s
+    if own_s >= method.compiling_s:
+        return True
+    if "numba" in sys.modules:
+        pays_to_load = own_s >= _LOADING_S
+    else:
+        pays_to_load = sum(_INTERPRETED_S.values()) + run_s >= _IMPORTING_S
+    return pays_to_load and is_kept(_run, **_bindings(method))
 
 
 def interval_after(interval: float, newest_ns: int, stamps_ns: Stamps, *, compiles: bool) -> float:

@@ -86,7 +86,7 @@ class Bulk:
         self._estimates = estimates
         self._explanation = explanation
         self._outputs = tuple(outputs.items())
-        self._compiles = pays_to_compile(parameters, samples)
+        self._compiles = pays_to_compile(fusion(parameters), samples)
 
     def follow(self, block: Block, live: Fusion, modes: ModeShares) -> Brought | None:
         """Take a block; return ``None``, and change nothing, if it must go message by message.

@@ -9,11 +9,11 @@ import numpy as np
 
 from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.batch.series import (
-    WORTH_COMPILING,
     Series,
     Trace,
     fusion,
     held_s2,
+    pays_to_compile,
     run,
     seconds,
 )
@@ -91,7 +91,8 @@ def tune_page(
 
 
 def _trace(parameters: Parameters, series: Series) -> Trace:
-    return run(fusion(parameters, series.started_ns), series, compile_from=WORTH_COMPILING)
+    method = fusion(parameters, series.started_ns)
+    return run(method, series, compiles=pays_to_compile(method, series.s1.size))
 
 
 def _known(trace: Trace, values: Reals) -> Reals:

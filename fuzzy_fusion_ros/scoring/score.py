@@ -12,7 +12,15 @@ import numpy as np
 from fuzzy_fusion_ros.bag import open_bag
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, baselines_for, methods
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals, Stamps, nearest
-from fuzzy_fusion_ros.batch.series import WORTH_COMPILING, Series, Trace, fusion, held_s2, run
+from fuzzy_fusion_ros.batch.series import (
+    Method,
+    Series,
+    Trace,
+    fusion,
+    held_s2,
+    pays_to_compile,
+    run,
+)
 from fuzzy_fusion_ros.core.estimator import S2_ONLY, WAITING
 from fuzzy_fusion_ros.messages.outputs import DEVIATION, RULES
 from fuzzy_fusion_ros.offline.check import warnings_of
@@ -32,9 +40,6 @@ from fuzzy_fusion_ros.scoring.metrics import (
 
 Fit = Callable[[Series, Reals, Flags], BaselineParameters]
 """Fits the baselines to a recording, its truth at each S1 sample, and where that counts."""
-
-BASELINES_WORTH_COMPILING = 100_000
-"""As ``WORTH_COMPILING``; one with S2's lag takes 30 to 45 us a sample, and 2 to 8 s to compile."""
 
 MOST = 4_000_000
 """Of a longer span every second, third, ... estimate is scored: a day at 1 kHz fits into memory."""
@@ -211,10 +216,7 @@ def score(
         known = explanation.pop(DEVIATION)
         deviations["estimate"] = held(known.stamps_ns, known.values, stamps_ns)
     for name, method in methods(used).items():
-        other = run(
-            method, series, compile_from=BASELINES_WORTH_COMPILING, first=first, every=every
-        )
-        other = _rising(other)
+        other = _rising(_trace(method, series, first, every))
         value = np.where(other.mode == WAITING, np.nan, other.value)
         values[name] = held(other.stamp_ns, value, stamps_ns)
         deviations[name] = held(other.stamp_ns, other.standard_deviation, stamps_ns)
@@ -350,8 +352,13 @@ def _thinned(every: int) -> list[str]:
 def _fused(series: Series, parameters: Parameters, first: int, every: int) -> Trace:
     """Return the estimates of the fusion, as a node publishes them; see :func:`run`."""
     method = fusion(parameters, series.started_ns)
-    trace = run(method, series, compile_from=WORTH_COMPILING, first=first, every=every)
+    trace = _trace(method, series, first, every)
     return _rising(trace.rows(trace.mode != WAITING))
+
+
+def _trace(method: Method, series: Series, first: int, every: int) -> Trace:
+    compiles = pays_to_compile(method, series.s1.size)
+    return run(method, series, compiles=compiles, first=first, every=every)
 
 
 def _single(values: Mapping[str, Reals]) -> list[str]:

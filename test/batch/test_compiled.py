@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import functools
 import importlib.util
+import os
 import subprocess
 import sys
 import threading
@@ -16,9 +17,11 @@ import pytest
 
 from fuzzy_fusion_ros.batch import compiled as module
 from fuzzy_fusion_ros.batch.compiled import compiled
-from fuzzy_fusion_ros.core.aggregator import blend, sign
+from fuzzy_fusion_ros.core.aggregator import aggregate, blend, sign
 from fuzzy_fusion_ros.core.gate import NO_PREDICTION, combine
 from fuzzy_fusion_ros.core.numerics import lag_gain
+from fuzzy_fusion_ros.parameters.fusion import AggregatorParameters
+from fuzzy_fusion_ros.parameters.group import numbers
 
 
 @pytest.fixture
@@ -27,6 +30,7 @@ def fresh(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("_twin", "_jit"):
         plain = getattr(module, name).__wrapped__
         monkeypatch.setattr(module, name, functools.cache(plain))
+    monkeypatch.setattr(module, "_FOUND", set())
 
 
 @pytest.fixture
@@ -65,8 +69,6 @@ def test_without_numba_the_functions_run_interpreted(without_numba: None) -> Non
 
 def test_without_numba_what_is_replaced_is_called_all_the_same(without_numba: None) -> None:
     """``aggregate`` calls ``blend`` and ``sign``; only the one that is named changes."""
-    from fuzzy_fusion_ros.core.aggregator import aggregate
-    from fuzzy_fusion_ros.parameters.fusion import AggregatorParameters
 
     def other(weight: float, s1: float, s2: float) -> float:
         return 100.0
@@ -130,7 +132,7 @@ def test_without_a_home_work_is_kept_with_temporary_files(
 def test_work_is_kept_by_the_sources_that_went_in(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """A change in any file of the method, also in one that is only called, starts anew."""
+    """Also if a file has changed whose functions are only called."""
     for room in module.ROOMS:
         (tmp_path / room).mkdir()
         (tmp_path / room / "part.py").write_text("x = 1\n")
@@ -143,13 +145,63 @@ def test_work_is_kept_by_the_sources_that_went_in(
     assert len(directories) == 1 + len(module.ROOMS)
 
 
+ELSE = {
+    "Python": lambda patch: patch.setattr(sys.implementation, "cache_tag", "cpython-399"),
+    "numba": lambda patch: patch.setattr(module, "version", lambda _: "99.0"),
+    "processor": lambda patch: patch.setattr(module, "_processor", lambda: "another"),
+    "copy of the package": lambda patch: patch.setattr(module, "__file__", "/else/batch/c.py"),
+}
+
+
+@pytest.mark.parametrize("variable", ["NUMBA_CACHE_DIR", "XDG_CACHE_HOME"])
+@pytest.mark.parametrize("other", ELSE)
+def test_what_another_has_compiled_is_not_taken_for_kept(
+    variable: str, other: str, monkeypatch: pytest.MonkeyPatch, fresh: None, tmp_path: Path
+) -> None:
+    """It would be compiled after all, for the sake of a run that takes a second interpreted."""
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setenv(variable, str(tmp_path))
+    monkeypatch.setattr(module, "_digest", module._digest.__wrapped__)
+    assert not module.is_kept(sign)
+    compiled(sign)(1.0)
+    with monkeypatch.context() as elsewhere:
+        ELSE[other](elsewhere)
+        assert not module.is_kept(sign)
+    assert module.is_kept(sign)
+
+
+def test_what_was_compiled_from_an_older_file_is_not_kept(
+    monkeypatch: pytest.MonkeyPatch, fresh: None, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    compiled(sign)(1.0)
+    (found,) = tmp_path.rglob("*.nbi")
+    os.utime(found, (0.0, 0.0))
+    assert not module.is_kept(sign)
+    os.utime(found)
+    assert module.is_kept(sign)
+
+
+def test_where_nothing_can_be_written_nothing_is_kept(
+    monkeypatch: pytest.MonkeyPatch, fresh: None
+) -> None:
+    monkeypatch.setattr(module, "_cache_directory", lambda: "")
+    assert not module.is_kept(sign)
+
+
+def test_what_compiled_functions_call_is_compiled_for_them_alone(fresh: None) -> None:
+    """Python calls a twin of its own, also where the other one is on disk already."""
+    assert compiled(aggregate)(numbers(AggregatorParameters()), 1.0, 1.0, 0.0).value == 1.0
+    assert compiled(blend)(0.5, 1.0, 2.0) == blend(0.5, 1.0, 2.0)
+
+
 def test_a_cache_directory_of_the_users_choice_stands(
     monkeypatch: pytest.MonkeyPatch, fresh: None, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(numba.config, "CACHE_DIR", "")
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     module._jit()(sign)
-    assert str(tmp_path) == numba.config.CACHE_DIR
+    assert Path(numba.config.CACHE_DIR).parent == tmp_path / "fuzzy_fusion_ros"
 
 
 def test_a_cache_directory_is_set_where_there_was_none(

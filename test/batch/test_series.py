@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import math
 import sys
-from collections import Counter
-from types import ModuleType
+from collections import defaultdict
 
+import numba
 import numpy as np
 import pytest
 from hypothesis import given
@@ -15,8 +15,19 @@ from hypothesis import strategies as st
 from reference import signals
 from searching import examples
 
+from fuzzy_fusion_ros.baselines.constant_weight import constant_weight
+from fuzzy_fusion_ros.baselines.parameters import ConstantWeightParameters
 from fuzzy_fusion_ros.batch import series
-from fuzzy_fusion_ros.batch.series import Method, Series, Trace, empty_trace, fusion, held_s2, run
+from fuzzy_fusion_ros.batch.series import (
+    Method,
+    Series,
+    Trace,
+    empty_trace,
+    fusion,
+    held_s2,
+    pays_to_compile,
+    run,
+)
 from fuzzy_fusion_ros.core.estimator import FUSED, S1_ONLY, S2_ONLY, WAITING
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.online.fusion import Fusion
@@ -158,49 +169,61 @@ def test_a_part_of_a_series_is_what_it_holds_there() -> None:
     assert part.s2.size == part.s2_known[-1]
 
 
+def method_of(step_s: float, compiling_s: float) -> Method:
+    """Return the fusion as if a step and compiling took these times, seconds."""
+    return fusion(Parameters())._replace(step_s=step_s, compiling_s=compiling_s)
+
+
+@pytest.fixture
+def nothing_interpreted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let this process not have interpreted any method yet."""
+    monkeypatch.setattr(series, "_INTERPRETED_S", defaultdict(float))
+
+
+@pytest.mark.usefixtures("nothing_interpreted")
 def test_many_short_series_are_compiled_for_like_a_long_one(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    compilations: list[object] = []
-
-    def compiled(loop: object, **own: object) -> object:
-        compilations.append(loop)
-        return series.interpreted(loop, **own)
-
-    monkeypatch.setattr(series, "compiled", compiled)
-    monkeypatch.setattr(series, "_INTERPRETED", Counter())
+    monkeypatch.setattr(series, "is_kept", lambda *_, **__: False)
     recorded = series_of(signals.irregular(50, seed=5))
     n = recorded.s1.size
-    traces = [run(fusion(Parameters()), recorded, compile_from=2 * n) for _ in range(3)]
-    assert len(compilations) == 2
-    assert bits(traces[0]) == bits(traces[2])
+    method = method_of(1.0, 3.0 * n)
+    assert pays_to_compile(method, 3 * n)
+    for pays in (False, False, True):
+        assert pays_to_compile(method, n) == pays
+        run(method, recorded, compiles=False)
 
 
+@pytest.mark.usefixtures("nothing_interpreted")
 @pytest.mark.parametrize("imported", [True, False])
 @pytest.mark.parametrize("kept", [True, False])
 def test_what_is_kept_on_disk_is_used_for_shorter_series(
     kept: bool, imported: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    recorded = series_of(signals.irregular(50, seed=5))
-    compilations: list[object] = []
-
-    def compiled(loop: object, **own: object) -> object:
-        compilations.append(loop)
-        return series.interpreted(loop, **own)
-
-    monkeypatch.setattr(series, "compiled", compiled)
     monkeypatch.setattr(series, "is_kept", lambda *_, **__: kept)
-    monkeypatch.setattr(
-        series, "WORTH_LOADING" if imported else "WORTH_IMPORTING", recorded.s1.size
-    )
+    monkeypatch.setattr(series, "_LOADING_S" if imported else "_IMPORTING_S", 50.0)
     if imported:
-        monkeypatch.setitem(sys.modules, "numba", ModuleType("numba"))
+        monkeypatch.setitem(sys.modules, "numba", numba)
     else:
         monkeypatch.delitem(sys.modules, "numba", raising=False)
-    for part in (recorded.part(0, 49), recorded):
-        monkeypatch.setattr(series, "_INTERPRETED", Counter())
-        run(fusion(Parameters()), part, compile_from=recorded.s1.size + 1)
-        assert len(compilations) == (kept and part is recorded)
+    method = method_of(1.0, 1e9)
+    assert not pays_to_compile(method, 49)
+    assert pays_to_compile(method, 50) == kept
+
+
+@pytest.mark.usefixtures("nothing_interpreted")
+@pytest.mark.parametrize("compiles", [True, False])
+def test_what_cannot_be_compiled_pays_for_no_import(
+    compiles: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(series, "is_kept", lambda *_, **__: True)
+    monkeypatch.setattr(series, "_IMPORTING_S", 50.0)
+    monkeypatch.delitem(sys.modules, "numba", raising=False)
+    recorded = series_of(signals.irregular(50, seed=5))
+    interpreted = method_of(1.0, 1e9)._replace(compiles=compiles)
+    run(interpreted, recorded, compiles=False)
+    assert not pays_to_compile(interpreted._replace(compiles=False), 10**9)
+    assert pays_to_compile(constant_weight(ConstantWeightParameters()), 1) == compiles
 
 
 def test_two_runs_are_the_same_and_leave_the_method_as_it_was() -> None:
