@@ -11,9 +11,10 @@ NOTICEABLE = 0.25
 SUSPICIOUS = 2.0
 """Seconds: no sensor's messages are on the way for longer than this."""
 
-STEADY = 0.25
-"""An offset is one of clocks if delays vary by less than this share of it. A recording that is
-played at another rate than its own, without ``use_sim_time``, has delays that grow."""
+STEADY = 0.5
+"""An offset is one of clocks if delays grow by less than this share of it while they are observed.
+They grow in a recording that is played at another rate than its own without ``use_sim_time``: by
+more than the offset, which is between a sensor that is observed for long and one that is not."""
 
 SYNCHRONIZE = "synchronize the clocks that stamp them, or stamp both on receipt"
 """What to do about clocks that are apart."""
@@ -42,7 +43,7 @@ def clock_problem(s1: Guard, s2: Guard, s1_timeout: float, s2_timeout: float) ->
     offset = offset_between(s1, s2)
     if offset is None or s1.delay is None or s2.delay is None or abs(offset) <= NOTICEABLE:
         return ""
-    if max(s1.delay_spread, s2.delay_spread) > STEADY * abs(offset):
+    if max(abs(s1.delay_growth), abs(s2.delay_growth)) > STEADY * abs(offset):
         return ""
     harmless = min(SUSPICIOUS, s2_timeout if offset > 0.0 else s1_timeout)
     if abs(offset) <= harmless and min(s1.delay, s2.delay) >= -NOTICEABLE:

@@ -103,12 +103,13 @@ class Guard:
         return statistics.median(self.delays_ns) * 1e-9
 
     @property
-    def delay_spread(self) -> float:
-        """Range of the middle half of these delays, seconds; 0 while too few are known."""
+    def delay_growth(self) -> float:
+        """How far their median moves from the older half of them to the newer, seconds."""
         if len(self.delays_ns) < FEWEST_DELAYS:
             return 0.0
-        quarter, _, three_quarters = statistics.quantiles(self.delays_ns, method="inclusive")
-        return (three_quarters - quarter) * 1e-9
+        delays_ns = [*self.delays_ns]
+        half = len(delays_ns) // 2
+        return (statistics.median(delays_ns[half:]) - statistics.median(delays_ns[:half])) * 1e-9
 
     def admit(self, stamp_ns: int) -> None:
         """Admit a sample that is newer than the last."""

@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from fuzzy_fusion_ros.online.clocks import clock_problem
-from fuzzy_fusion_ros.online.guard import FEWEST_DELAYS, Guard
+from fuzzy_fusion_ros.online.guard import DELAYS, FEWEST_DELAYS, Guard
 
 
 def arriving(delay: float) -> Guard:
@@ -68,3 +69,25 @@ def test_delays_that_grow_are_no_offset() -> None:
     assert s2.delay is not None
     assert s2.delay - s1.delay > 5.0
     assert clock_problem(s1, s2, 1.0, 5.0) == ""
+
+
+@pytest.mark.parametrize("samples", [3, 4, 10, 32])
+@pytest.mark.parametrize("speed", [0.3, 3.0])
+def test_delays_that_grow_are_no_offset_with_few_samples_either(speed: float, samples: int) -> None:
+    s1, s2 = Guard(), Guard()
+    for k in range(100 * samples):
+        delay_ns = round(k * 0.01 * (1.0 / speed - 1.0) * 1e9)
+        s1.delays_ns.append(delay_ns)
+        if k % 100 == 0:
+            s2.delays_ns.append(delay_ns)
+    assert clock_problem(s1, s2, 0.1, 0.1) == ""
+
+
+def test_jitter_on_a_real_offset_still_warns() -> None:
+    """Delivery takes up to 0.5 s more or less than the 1.9 s by which S2's clock is behind."""
+    rng = np.random.default_rng(5)
+    s1, s2 = arriving(0.0), Guard()
+    for _ in range(200):
+        s2.delays_ns.append(round(rng.uniform(1.4, 2.4) * 1e9))
+        if len(s2.delays_ns) == DELAYS:
+            assert clock_problem(s1, s2, 1.0, 1.0).startswith("s2's stamps are ")
