@@ -8,6 +8,8 @@ IDL) and quadratic time for others (blank lines), so what they need not see is r
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 from rosbags.interfaces import Nodetype
@@ -19,6 +21,12 @@ from fuzzy_fusion_ros.messages.type_fields import FieldType
 
 LARGEST = 256 * 1024
 """Characters of a definition without its comments; those of large real types are a tenth of it."""
+
+_MOST_KEPT, _KEPT = 16 * 1024, 64
+"""Characters of a definition that is parsed once for all bags, and how many of these are kept."""
+
+Types = Mapping[str, Mapping[str, FieldType]]
+"""The fields of types, by name."""
 
 MOST_CONSTANTS = 1000
 """Constants of a definition in IDL."""
@@ -43,8 +51,10 @@ _IDL_EXPRESSION = re.compile(r"\(|<<|<[^<>]*<[^<>]*<[^<>]*<")
 _IDL_CONSTANT = re.compile(r"\bconst\b")
 
 
-def parse(msgtype: str, definition: Definition) -> dict[str, dict[str, FieldType]]:
+def parse(msgtype: str, definition: Definition) -> Types:
     """Return the fields of every type in a definition, by the type's name.
+
+    Bags of one robot have the same definitions: they are parsed once.
 
     Args:
         msgtype: The type that is defined, ``package/msg/Type``.
@@ -53,6 +63,11 @@ def parse(msgtype: str, definition: Definition) -> dict[str, dict[str, FieldType
     Raises:
         One of ``UNPARSED``: The text is no definition, or out of bounds.
     """
+    is_usual = len(definition.text) <= _MOST_KEPT
+    return _parsed(msgtype, definition) if is_usual else _parse(msgtype, definition)
+
+
+def _parse(msgtype: str, definition: Definition) -> Types:
     if definition.encoding in MSG_ENCODINGS:
         text = _bounded(_MSG_BLANK.sub("", definition.text))
         return _fields(get_types_from_msg(text, msgtype))
@@ -62,11 +77,14 @@ def parse(msgtype: str, definition: Definition) -> dict[str, dict[str, FieldType
     whole = _bounded("".join(parts))
     if len(_IDL_CONSTANT.findall(whole)) > MOST_CONSTANTS:
         raise TypesysError(f"it has more than {MOST_CONSTANTS} constants")
-    found: dict[str, dict[str, FieldType]] = {}
+    found: dict[str, Mapping[str, FieldType]] = {}
     for part in parts:
         if part.strip():
             found.update(_fields(get_types_from_idl(part)))
     return found
+
+
+_parsed = lru_cache(maxsize=_KEPT)(_parse)
 
 
 def _plain_idl(part: str) -> str:
@@ -88,7 +106,7 @@ def _bounded(text: str) -> str:
     return text
 
 
-def _fields(types: Any) -> dict[str, dict[str, FieldType]]:
+def _fields(types: Any) -> Types:
     return {name: field_types(each) for name, each in types.items()}
 
 

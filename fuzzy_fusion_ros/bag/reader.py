@@ -20,7 +20,7 @@ from fuzzy_fusion_ros.bag.compression import decompress
 from fuzzy_fusion_ros.bag.problems import Problems
 from fuzzy_fusion_ros.bag.storage import Storage, find_files, is_compressed, open_file
 from fuzzy_fusion_ros.bag.topic import BagMessage, Topic
-from fuzzy_fusion_ros.bag.typestore import BagTypes, types_of
+from fuzzy_fusion_ros.bag.typestore import BagTypes
 from fuzzy_fusion_ros.core.numerics import seconds_between
 from fuzzy_fusion_ros.parameters.errors import BagError
 
@@ -110,7 +110,7 @@ class BagReader:
     @cached_property
     def types(self) -> BagTypes:
         """The message types, as the bag describes them."""
-        return types_of(self._described)
+        return BagTypes(self._described)
 
     def name_of(self, topic: str) -> str:
         """Return a topic's name as the bag spells it, with or without the leading slash."""

@@ -6,7 +6,7 @@ from __future__ import annotations
 import contextlib
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
-from functools import cache, lru_cache
+from functools import cache
 from typing import Any
 
 from rosbags.typesys import Stores
@@ -95,21 +95,6 @@ class BagTypes:
         for name, fields in parsed.items():
             if self._fields.setdefault(name, fields) != fields:
                 self.problems.append(f"type {name} has two definitions; using the first")
-
-
-def types_of(topics: Iterable[Topic]) -> BagTypes:
-    """Return the types of the topics of a bag; bags that describe them equally share them."""
-    described = dict.fromkeys(
-        Topic("", each.msgtype, definition=each.definition) for each in topics
-    )
-    if all(each.definition is not None and each.definition.text for each in described):
-        return _shared(*described)
-    return BagTypes(described)  # what is installed may change
-
-
-@lru_cache(maxsize=16)
-def _shared(*topics: Topic) -> BagTypes:
-    return BagTypes(topics)
 
 
 @cache

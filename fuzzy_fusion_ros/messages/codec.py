@@ -10,7 +10,6 @@ import contextlib
 import math
 import struct
 from collections.abc import Callable, Sequence
-from functools import lru_cache
 from typing import NamedTuple
 
 from fuzzy_fusion_ros.core.numerics import SECOND_NS
@@ -171,18 +170,6 @@ class ScalarCodec:
                 f"a message is not a {self.type_name}: it begins with {data[:4]!r}, not as CDR"
             )
         return view
-
-
-@lru_cache(maxsize=256)
-def codec_for(
-    types: TypeDescriptions,
-    type_name: str,
-    field: str = "",
-    scale: float = 1.0,
-    offset: float = 0.0,
-) -> ScalarCodec:
-    """Return what :class:`ScalarCodec` makes of the same arguments, made once for many bags."""
-    return ScalarCodec(types, type_name, field, scale, offset)
 
 
 class Place(NamedTuple):

@@ -21,7 +21,6 @@ from fuzzy_fusion_ros.checking.samples import SensorSamples, two_sensors
 from fuzzy_fusion_ros.checking.survey import Field, Together, moves, survey
 from fuzzy_fusion_ros.checking.values import wrap_of
 from fuzzy_fusion_ros.messages import ScalarCodec, computed_fields, numeric_fields
-from fuzzy_fusion_ros.messages.codec import codec_for
 from fuzzy_fusion_ros.messages.units import unit_read
 from fuzzy_fusion_ros.offline.raw import RawSamples, Source, read_raw
 from fuzzy_fusion_ros.offline.topics import Topics, codecs_of
@@ -224,7 +223,7 @@ def _codecs(bag: BagReader, msgtype: str, data: bytes) -> Iterator[ScalarCodec]:
 def _readers(bag: BagReader, msgtype: str, paths: Sequence[str]) -> Iterator[ScalarCodec]:
     for path in paths:
         try:
-            yield codec_for(bag.types, msgtype, path)
+            yield ScalarCodec(bag.types, msgtype, path)
         except MessageError:  # beyond the bound of the array, or a type too large to be read
             return
 

@@ -8,7 +8,6 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 from fuzzy_fusion_ros.messages import ScalarCodec
-from fuzzy_fusion_ros.messages.codec import codec_for
 from fuzzy_fusion_ros.parameters.errors import MessageError
 from fuzzy_fusion_ros.parameters.fusion import Parameters, SensorParameters
 
@@ -110,7 +109,7 @@ def codecs_of(
     _require_common(bag, topics)
     if _is_written_back(codecs, parameters):
         own, s2 = codecs["estimate"], parameters.s2
-        codecs["estimate"] = codec_for(
+        codecs["estimate"] = ScalarCodec(
             bag.types, own.type_name, own.field.text, s2.scale, s2.offset
         )
     return codecs
@@ -131,7 +130,7 @@ def _require_common(bag: BagReader, topics: Topics) -> None:
     for topic in topics.by_role().values() if common else ():
         try:
             if topic in bag.topics:
-                codec_for(bag.types, bag.topics[topic].msgtype, common)
+                ScalarCodec(bag.types, bag.topics[topic].msgtype, common)
                 return
         except MessageError as error:
             problems.append(f"topic {topic}: {error}")
@@ -167,7 +166,7 @@ def codec_of(
     problems = []
     for text in [own] if own else [common, configured, ""] if common else [configured]:
         try:
-            return codec_for(bag.types, msgtype, text, scale, offset)
+            return ScalarCodec(bag.types, msgtype, text, scale, offset)
         except MessageError as error:
             problems.append(error)
     raise MessageError(f"topic {topic}: {problems[0]}")

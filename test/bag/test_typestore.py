@@ -3,18 +3,30 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import struct
 import sys
+import tracemalloc
 from pathlib import Path
 
 import pytest
-from bag.making import FLOAT, POINT, STORE, definition_text, float_data, point_data
+from bag.making import (
+    FLOAT,
+    POINT,
+    STORE,
+    Channel,
+    definition_text,
+    float_data,
+    point_data,
+    write_channels,
+)
 from hypothesis import given
 from hypothesis import strategies as st
+from rosbags.typesys import get_types_from_msg
 
-from fuzzy_fusion_ros.bag import BagTypes, Definition, Topic, jazzy_types
+from fuzzy_fusion_ros.bag import BagTypes, Definition, Topic, definitions, jazzy_types, open_bag
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages import FieldType, InstalledTypes, ScalarCodec
 from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
@@ -173,3 +185,47 @@ def test_any_definition_is_taken_or_refused(text: str) -> None:
             ScalarCodec(types, PAIR).sample(PAIR_DATA, 0)
         except MessageError:
             continue
+
+
+def bags_of(text: str, bags: int) -> list[BagTypes]:
+    """Return the types of bags that describe a type in the same words."""
+    return [described(secret_msgs__msg__Pair=text) for _ in range(bags)]
+
+
+def test_bags_with_the_same_definitions_parse_them_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    parsed: list[str] = []
+    text = "float64 first_of_many\n"
+
+    def get(text: str, name: str) -> object:
+        parsed.append(name)
+        return get_types_from_msg(text, name)
+
+    monkeypatch.setattr(definitions, "get_types_from_msg", get)
+    fields = [types.fields(PAIR) for types in bags_of(text, 10)]
+    assert [list(each) for each in fields] == [["first_of_many"]] * 10
+    assert parsed == [PAIR]
+
+
+def test_each_bag_reports_its_own_problems(tmp_path: Path) -> None:
+    text = definition_text(FLOAT) + "\nfloat64"
+    channel = Channel("/x", [(1, float_data(1.0))], "cdr", FLOAT, "ros2msg", text)
+    for name in ("first", "second"):
+        with open_bag(write_channels(tmp_path / f"{name}.mcap", [channel])) as bag:
+            assert bag.problems == []
+            bag.types.fields(FLOAT)
+            assert len(bag.problems) == 1
+            assert bag.problems[0].startswith(f"{name}.mcap: the definition of {FLOAT} cannot be")
+
+
+def test_what_is_kept_of_definitions_is_bounded() -> None:
+    """Of bags that are gone nothing large stays, though each describes other types."""
+    texts = ["".join(f"float64 value_of_type_{k}_{n:09}\n" for n in range(500)) for k in range(4)]
+    tracemalloc.start()
+    for text in texts:
+        (types,) = bags_of(text, 1)
+        types.fields(PAIR)
+        del types
+    gc.collect()
+    kept, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert kept < 100_000
