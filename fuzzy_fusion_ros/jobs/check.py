@@ -84,22 +84,12 @@ def check(
         checked = None
         wanted = given.found_in(reader)
         if topics is not None or {wanted.s1, wanted.s2} <= reader.topics.keys():
-            checked = check_bag(
-                reader,
-                wanted,
-                base,
-                start,
-                end,
-                progress.reading(f"reading {bag}"),
-            )
+            reading = progress.reading(f"reading {bag}")
+            checked = check_bag(reader, wanted, base, start, end, reading)
         if topics is not None:
             return CheckResult(checked, None, (), tuple(reader.problems))
-        found = survey_bag(
-            reader,
-            start,
-            end,
-            progress.reading(f"searching {bag}", reader.message_count),
-        )
+        searching = progress.reading(f"searching {bag}", reader.message_count)
+        found = survey_bag(reader, start, end, searching)
         return CheckResult(
             checked, tuple(found.together), tuple(found.advice), tuple(reader.problems)
         )

@@ -61,7 +61,7 @@ def check_bag(
 
     Args:
         bag: The bag; S1 and S2 must be in it.
-        topics: Where they are.
+        topics: Where they are, as the bag spells them.
         parameters: Fields of S1 and S2 that ``topics`` lacks.
         start_s: Where to begin, seconds from the bag's first message.
         end_s: Where to end, before this.
@@ -69,34 +69,19 @@ def check_bag(
 
     Raises:
         BagError: S1 or S2 is not in the bag, or neither has a message in the span.
-        MessageError: A field is not in its type.
+        MessageError: A field is not in its type, or in none of its messages.
     """
-    topics = topics.found_in(bag)
-    bag.require_topics(topics.s1, topics.s2)
-    bag.require_messages_from(start_s)
-    names = topics.by_role()
-    codecs = codecs_of(bag, topics, parameters, SENSORS)
-    sources = {name: Source(names[name], codecs[name]) for name in SENSORS}
+    sources = _sensors(bag, topics, parameters, start_s)
     raw = read_raw(bag, sources, start_s, end_s, progress)
     for name, source in sources.items():
         if raw[name].unreadable and not raw[name].values.size:
-            _refuse(bag, source)
+            _refuse(bag, source, start_s, end_s)
     if not any(each.values.size for each in raw.values()):
         raise BagError(
             f"bag {str(bag.path)!r}: no message of {topics.s1} or {topics.s2} in this span can be "
             "read"
         )
-    s1, s2 = (_samples(name, sources[name], raw[name]) for name in SENSORS)
-    return check(two_sensors(s1, s2, bag.start_ns or 0, parameters))
-
-
-def _refuse(bag: BagReader, source: Source) -> None:
-    """Say why the number is in no message of a topic, such as an element beyond its array."""
-    message = next(iter(bag.messages([source.topic])))
-    try:
-        source.codec.sample(message.data, message.log_ns)
-    except MessageError as error:
-        raise MessageError(f"topic {source.topic}: {error}") from None
+    return _checked(bag, sources, raw, parameters)
 
 
 def warnings_of(
@@ -108,21 +93,52 @@ def warnings_of(
 ) -> tuple[str, ...]:
     """Return what a check of the two sensors warns of, a line each, for replay, score and tune.
 
+    Only the first ``WARNED_MESSAGES`` are read. If they hold too few numbers, there is no warning:
+    the rest of the bag may have enough.
+
     Args:
         bag: The bag; S1 and S2 must be in it.
-        topics: Where they are.
+        topics: Where they are, with or without the leading slash.
         parameters: As :func:`check_bag` takes them.
         start_s: Where to begin, seconds from the bag's first message.
         end_s: Where to end, before this.
 
     Raises:
-        BagError: As :func:`check_bag` raises it.
+        BagError: S1 or S2 is not in the bag, or the bag ends before the span.
         MessageError: A field is not in its type.
     """
-    found = check_bag(
-        bag, topics, parameters, start_s, end_s, lambda blocks: first(blocks, WARNED_MESSAGES)
-    )
-    return tuple(f"WARN {each}" for each in warnings(found))
+    sources = _sensors(bag, topics.found_in(bag), parameters, start_s)
+    raw = read_raw(bag, sources, start_s, end_s, lambda blocks: first(blocks, WARNED_MESSAGES))
+    return tuple(f"WARN {each}" for each in warnings(_checked(bag, sources, raw, parameters)))
+
+
+def _sensors(
+    bag: BagReader, topics: Topics, parameters: Parameters, start_s: float | None
+) -> dict[str, Source]:
+    bag.require_topics(topics.s1, topics.s2)
+    bag.require_messages_from(start_s)
+    names = topics.by_role()
+    codecs = codecs_of(bag, topics, parameters, SENSORS)
+    return {name: Source(names[name], codecs[name]) for name in SENSORS}
+
+
+def _checked(
+    bag: BagReader,
+    sources: Mapping[str, Source],
+    raw: Mapping[str, RawSamples],
+    parameters: Parameters,
+) -> Check:
+    s1, s2 = (_samples(name, sources[name], raw[name]) for name in SENSORS)
+    return check(two_sensors(s1, s2, bag.start_ns or 0, parameters))
+
+
+def _refuse(bag: BagReader, source: Source, start_s: float | None, end_s: float | None) -> None:
+    """Raise what the first unreadable message of a topic lacks, such as an array element."""
+    for message in bag.messages([source.topic], start_s, end_s):
+        try:
+            source.codec.sample(message.data, message.log_ns)
+        except MessageError as error:
+            raise MessageError(f"topic {source.topic}: {error}") from None
 
 
 def _samples(name: str, source: Source, raw: RawSamples) -> SensorSamples:

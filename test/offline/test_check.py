@@ -15,7 +15,7 @@ from fuzzy_fusion_ros.bag import BagWriter, open_bag
 from fuzzy_fusion_ros.checking.check import Check
 from fuzzy_fusion_ros.checking.survey import Together
 from fuzzy_fusion_ros.offline import check as module
-from fuzzy_fusion_ros.offline.check import check_bag, survey_bag
+from fuzzy_fusion_ros.offline.check import check_bag, survey_bag, warnings_of
 from fuzzy_fusion_ros.offline.topics import Topics
 from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
@@ -87,8 +87,11 @@ def test_one_topic_for_both(tmp_path: Path) -> None:
     assert "same topic" not in {each.about for each in other.findings}
 
 
-def write_joints(path: Path, elements: int) -> None:
-    """Write joints, one of which another topic follows, 0.3 s later and in degrees."""
+def write_joints(path: Path, elements: int, empty: range = range(0)) -> None:
+    """Write joints, one of which another topic follows, 0.3 s later and in degrees.
+
+    The position is an empty array in some messages.
+    """
     joint_state = STORE.types["sensor_msgs/msg/JointState"]
     header, time = STORE.types["std_msgs/msg/Header"], STORE.types["builtin_interfaces/msg/Time"]
     generator = np.random.default_rng(0)
@@ -97,7 +100,7 @@ def write_joints(path: Path, elements: int) -> None:
     with BagWriter(path) as writer:
         for k in range(1800):
             stamp = header(time(*divmod(at(0.02 * k), 10**9)), "base")
-            position = np.array([each[k] for each in walks])
+            position = np.array([] if k in empty else [each[k] for each in walks])
             joints = joint_state(
                 stamp, [f"joint{j}" for j in range(elements)], position, np.ones(2), np.empty(0)
             )
@@ -106,6 +109,27 @@ def write_joints(path: Path, elements: int) -> None:
             if k % 5 == 0 and k >= 15:
                 value = 57.3 * float(walks[min(3, elements - 1)][k - 15])
                 writer.write(*message(Scalar("/angle", 0.02 * k, value)))
+
+
+JOINT = Topics("/joints", "/angle", fields={"s1": "position[3]"})
+
+
+def test_a_check_on_the_way_goes_on_where_the_first_messages_lack_the_number(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "WARNED_MESSAGES", 300)
+    write_joints(tmp_path / "bag", 5, empty=range(1000))
+    both = JOINT._replace(s2="/joints", fields={"s1": "position[3]", "s2": "position[2]"})
+    with open_bag(tmp_path / "bag") as bag:
+        assert warnings_of(bag, JOINT, Parameters()) == ()
+        assert warnings_of(bag, both, Parameters()) == ()
+    assert checked(tmp_path / "bag", JOINT).characters["s1"].samples == 800
+
+
+def test_the_number_that_no_message_of_a_span_has_is_named(tmp_path: Path) -> None:
+    write_joints(tmp_path / "bag", 5, empty=range(500, 1000))
+    with pytest.raises(MessageError, match=r"/joints: .*position\[3\]"):
+        checked(tmp_path / "bag", JOINT, start_s=10.0, end_s=20.0)
 
 
 def test_elements_of_short_arrays_are_surveyed(tmp_path: Path) -> None:
