@@ -213,7 +213,7 @@ def _compare(
     about_relation, relation = pair.judge_relation(found, kind, expected, s1.usable.scale)
     if relation is not None and any(each.level > Level.INFO for each in about_relation):
         halves = [hypotheses(*half) for half in halved(one, other)]
-        if not pair.is_lasting(relation, halves, expected):
+        if not pair.is_lasting(relation, halves):
             about_relation, relation = [pair.passing(relation)], None
     findings += about_relation
     if relation is not None:

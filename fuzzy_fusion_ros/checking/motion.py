@@ -10,10 +10,6 @@ import numpy as np
 
 from fuzzy_fusion_ros.batch.arrays import Reals
 
-LIVELY = 0.3
-"""A sensor moves in a half of a recording if its range there is this share of the whole."""
-
-
 @dataclass(frozen=True, eq=False)
 class Motion:
     """What a sensor has measured, without wraps and spikes.
@@ -36,11 +32,6 @@ class Motion:
         """Median time between samples, seconds; infinite for fewer than two."""
         return float(np.median(np.diff(self.time_s))) if self.time_s.size > 1 else np.inf
 
-    @property
-    def range(self) -> float:
-        """Difference between the largest and the smallest value."""
-        return float(np.ptp(self.values)) if self.values.size else 0.0
-
     def between(self, start_s: float, end_s: float) -> Motion:
         """Return the motion from one time to another, seconds, both included."""
         inside = (self.time_s >= start_s) & (self.time_s <= end_s)
@@ -59,15 +50,8 @@ def motion_of(time_s: Reals, values: Reals) -> Motion:
 
 
 def halved(one: Motion, other: Motion) -> list[tuple[Motion, Motion]]:
-    """Return two motions in either half of the time that both cover, if both move in it."""
+    """Return two motions in either half of the time that both cover."""
     start = float(max(one.time_s[0], other.time_s[0]))
     end = float(min(one.time_s[-1], other.time_s[-1]))
     middle = 0.5 * (start + end)
-    halves = [
-        (one.between(*half), other.between(*half)) for half in ((start, middle), (middle, end))
-    ]
-    return [
-        (first, second)
-        for first, second in halves
-        if first.range >= LIVELY * one.range and second.range >= LIVELY * other.range
-    ]
+    return [(one.between(*half), other.between(*half)) for half in ((start, middle), (middle, end))]

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from fuzzy_fusion_ros.batch.arrays import Reals, white_noise
 from fuzzy_fusion_ros.checking.finding import Finding, Level
 from fuzzy_fusion_ros.checking.motion import Motion
-from fuzzy_fusion_ros.checking.relation import Kind, Relation
+from fuzzy_fusion_ros.checking.relation import NEAR_ONE, Kind, Relation
 from fuzzy_fusion_ros.checking.samples import TwoSensors
 from fuzzy_fusion_ros.messages.units import INTEGRALS, RATES
 
@@ -168,27 +168,35 @@ def judge_relation(
     return [_odd(best, plain, by_units, expected, scale)], best
 
 
-def is_lasting(
-    relation: Relation, halves: Sequence[Sequence[Relation]], expected: Kind = Kind.VALUE
-) -> bool:
-    """Return whether the halves of a recording have the fault that the whole seems to have.
+def is_lasting(relation: Relation, halves: Iterable[Sequence[Relation]]) -> bool:
+    """Return whether the halves of a recording bear out the fault that the whole seems to have.
+
+    They do if one shows it beyond chance or both show it, unless another relation is more credible
+    in one of them. A half at rest, or one in which noise hides the motion, is no evidence against a
+    fault.
 
     Args:
         relation: How the sensors are related over the whole recording, which is a fault.
-        halves: The hypotheses on each half in which both sensors move, the most credible first;
-            those of too few samples, which have none, do not count.
-        expected: What the parameters say that the sensors are to each other.
+        halves: The hypotheses on each half, the most credible first; those of too few samples,
+            which have none, do not count.
     """
     telling = [half for half in halves if half]
-    same = [
-        each
-        for half in telling
-        for each in half
-        if (each.kind, each.sign) == (relation.kind, relation.sign)
-        and FACTOR > each.middle_scale / relation.middle_scale > 1.0 / FACTOR
-        and all(each.cost <= other.cost for other in half if _is_as_it_should(other, expected))
-    ]
-    return len(same) == len(telling) and all(is_related(each) for each in same)
+    same = [next((each for each in half if _are_alike(each, relation)), None) for half in telling]
+    for half, each in zip(telling, same, strict=True):
+        margin = np.inf if each is None else each.cost - half[0].cost
+        if is_related(half[0]) and margin >= MARGIN:
+            return False
+    seen = [each for each in same if each is not None and is_related(each)]
+    return len(seen) == len(telling) or any(map(_is_credible, seen))
+
+
+def _are_alike(one: Relation, other: Relation) -> bool:
+    """Return whether two relations may be the same: in kind, sign and scale."""
+    if (one.kind, one.sign) != (other.kind, other.sign):
+        return False
+    ratio = one.middle_scale / other.middle_scale
+    overlap = min(one.scale[1], other.scale[1]) / max(one.scale[0], other.scale[0])
+    return 1.0 / FACTOR < ratio < FACTOR or overlap >= 1.0 / NEAR_ONE
 
 
 def passing(relation: Relation) -> Finding:

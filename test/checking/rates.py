@@ -14,6 +14,7 @@ from fuzzy_fusion_ros.checking.finding import Level
 EXPECTED: Mapping[str, frozenset[str]] = {
     "none": frozenset(),
     "negated": frozenset({"sign"}),
+    "negated, noise in one half": frozenset({"sign"}),
     "scale 57.3": frozenset({"scale"}),
     "scale 1/57.3": frozenset({"scale"}),
     "scale 9.81": frozenset({"scale"}),

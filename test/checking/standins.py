@@ -116,6 +116,7 @@ MOTIONS: dict[str, Motion] = {
 FAULTS = (
     "none",
     "negated",
+    "negated, noise in one half",
     "scale 57.3",
     "scale 1/57.3",
     "scale 9.81",
@@ -194,8 +195,12 @@ def _sampled(rng: np.random.Generator, time_s: Reals, values: Reals, rate: int) 
 
 def _with_fault(made: Pair, fault: str, rng: np.random.Generator) -> Pair:
     s1, s2 = made
-    if fault == "negated":
+    if fault.startswith("negated"):
         s1 = s1._replace(values=-s1.values)
+    if fault.endswith("noise in one half"):
+        noise = 3.0 * float(np.std(s1.values)) * rng.normal(size=s1.values.size)
+        is_late = s1.time_s >= 0.5 * s1.time_s[-1]
+        s1 = s1._replace(values=s1.values + np.where(is_late == rng.integers(2), noise, 0.0))
     if fault.startswith("scale "):
         over, _, under = fault.removeprefix("scale ").partition("/")
         s1 = s1._replace(values=s1.values * float(over) / float(under or 1.0))

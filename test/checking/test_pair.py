@@ -309,16 +309,15 @@ def test_too_few_samples() -> None:
     assert not found.is_fine
 
 
-def test_a_fault_in_one_half_of_a_recording_is_none() -> None:
-    generator = np.random.default_rng(6)
-    kernel = np.exp(-np.arange(101) / 5.0)
-    one, other = (np.convolve(generator.normal(size=700), kernel, "valid") for _ in range(2))
-    found = checked(np.interp(T1, T2, one), np.where(T2 < 25.0, 1.5 * other, -3.6 * one))
+def test_a_fault_that_one_half_of_a_recording_contradicts_is_none() -> None:
+    late1, late2 = T1 >= 30.0, T2 >= 30.0
+    s1 = np.where(late1, 1.0, 0.2) * motion(T1)
+    found = checked(s1, np.where(late2, -1.0, 0.2) * motion(T2))
     assert found.is_fine, found.findings
     (finding,) = found.findings
     assert finding.about == "ambiguous"
     assert "in one part of the recording" in finding.text
-    assert not checked(motion(T1), -3.6 * motion(T2 - LAG)).is_fine
+    assert not checked(s1, np.where(late2, -1.0, -0.2) * motion(T2)).is_fine
 
 
 def test_half_a_recording_at_rest_does_not_hide_a_fault() -> None:

@@ -14,6 +14,7 @@ PAIRS = len(SEEDS) * len(MOTIONS)
 # Some faults cannot always be told: the rate of a sine looks like a sine.
 BOUNDS = {
     "none": (21, 0),
+    "negated, noise in one half": (15, 0),
     "s1 is the rate": (17, 0),
     "s2 is the rate": (16, 1),
     "exchanged": (18, 0),
