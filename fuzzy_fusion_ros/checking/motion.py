@@ -10,6 +10,7 @@ import numpy as np
 
 from fuzzy_fusion_ros.batch.arrays import Reals
 
+
 @dataclass(frozen=True, eq=False)
 class Motion:
     """What a sensor has measured, without wraps and spikes.

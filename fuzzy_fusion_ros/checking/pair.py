@@ -141,17 +141,19 @@ def _is_credible(relation: Relation) -> bool:
 
 def judge_relation(
     found: Sequence[Relation],
-    by_units: Kind | None = None,
     expected: Kind = Kind.VALUE,
     scale: float = 1.0,
+    *,
+    only_units: bool = False,
 ) -> tuple[list[Finding], Relation | None]:
     """Judge what the sensors are to each other.
 
     Args:
         found: The hypotheses, the most credible first.
-        by_units: What their units say that they are; then only a factor between known units counts.
         expected: What the parameters say that they are.
         scale: What ``s1.scale`` is; a fix multiplies it.
+        only_units: Whether no factor counts but one between units: where the types state units, and
+            for angles, whose whole turns add up to a factor of their own.
 
     Returns:
         What is wrong, and the relation to believe in; None if the motion does not tell.
@@ -161,11 +163,11 @@ def judge_relation(
     best = found[0]
     plain = next((each for each in found if _is_as_it_should(each, expected)), None)
     if best is plain or not _is_credible(best):
-        return (_scale(best, by_units, scale), best) if best is plain else ([], None)
+        return (_scale(best, scale, only_units), best) if best is plain else ([], None)
     margin = np.inf if plain is None else plain.cost - best.cost
     if margin < MARGIN:
         return [_ambiguous(best, plain)], plain
-    return [_odd(best, plain, by_units, expected, scale)], best
+    return [_odd(best, plain, expected, scale, only_units)], best
 
 
 def is_lasting(relation: Relation, halves: Iterable[Sequence[Relation]]) -> bool:
@@ -211,14 +213,14 @@ def _is_as_it_should(relation: Relation, expected: Kind) -> bool:
 
 
 def _odd(
-    best: Relation, plain: Relation | None, by_units: Kind | None, expected: Kind, scale: float
+    best: Relation, plain: Relation | None, expected: Kind, scale: float, only_units: bool
 ) -> Finding:
     """Return the finding that a relation is not the plain one."""
     evidence = {"correlation": best.sign * best.correlation}
     is_expected = best.kind is expected
     if plain is not None and not is_expected:
         evidence["as values"] = plain.correlation
-    factor, units = _factor(best, by_units)
+    factor, units = _factor(best, only_units or not is_expected)  # noise adds up in an integral
     size = "" if factor == 1.0 else f", times {1.0 / factor:.3g}{units}"
     negated = "the negated " if best.sign < 0 else "the "
     change = best.sign * factor
@@ -237,9 +239,9 @@ def _odd(
     return Finding(Level.ERROR, "sign", text, evidence, *rescaled)
 
 
-def _scale(relation: Relation, by_units: Kind | None, scale: float) -> list[Finding]:
+def _scale(relation: Relation, scale: float, only_units: bool) -> list[Finding]:
     """Return whether the scale of plain values is another unit's."""
-    factor, units = _factor(relation, by_units)
+    factor, units = _factor(relation, only_units)
     if factor == 1.0 or not _is_credible(relation):
         return []
     evidence = {"ratio": 1.0 / relation.middle_scale, "correlation": relation.correlation}
@@ -247,14 +249,13 @@ def _scale(relation: Relation, by_units: Kind | None, scale: float) -> list[Find
     return [Finding(Level.ERROR, "scale", text, evidence, f"s1.scale: {factor * scale:.7g}")]
 
 
-def _factor(relation: Relation, by_units: Kind | None) -> tuple[float, str]:
+def _factor(relation: Relation, only_units: bool) -> tuple[float, str]:
     """Return the factor from S1 to S2, 1 if it may be that, and which units it is for."""
     low, high = relation.scale[0] * relation.correlation, relation.scale[1] / relation.correlation
     if low <= FACTOR and high >= 1.0 / FACTOR:
         return 1.0, ""
-    if relation.conversion is None:  # S2's noise, or turns of an angle, add up to a large factor
-        is_unknown = by_units is not None or relation.kind is not Kind.VALUE
-        return (1.0 if is_unknown else float(f"{relation.middle_scale:.2g}")), ""
+    if relation.conversion is None:
+        return (1.0 if only_units else float(f"{relation.middle_scale:.2g}")), ""
     units, factor = relation.conversion
     names = (units.smaller, units.larger) if factor < 1.0 else (units.larger, units.smaller)
     return factor, f": {names[0]} against {names[1]}"

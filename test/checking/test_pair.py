@@ -206,6 +206,14 @@ def test_sensors_that_have_nothing_in_common() -> None:
     assert finding.level is Level.WARNING
 
 
+def test_an_angle_that_wraps_is_not_called_unrelated_before_that_is_fixed() -> None:
+    other = 4.0 * (np.sin(0.83 * T2) + np.sin(1.57 * T2) + np.sin(3.1 * T2 + 1.0))
+    wrapped = np.remainder(other + math.pi, 2.0 * math.pi) - math.pi
+    found = both(sensor("s1", T1, motion(T1)), sensor("s2", T2, wrapped))
+    assert only(found.findings, "wrap").level is Level.WARNING
+    assert "unrelated" not in {each.about for each in found.findings}
+
+
 def test_sensors_at_rest_are_fine() -> None:
     found = both(sensor("s1", T1, 0.1 * NOISE), sensor("s2", T2, 0.01 * NOISE2))
     assert found.is_fine
@@ -233,12 +241,13 @@ def test_a_rate_by_its_unit_whose_motion_does_not_show_is_not_called_unrelated()
     assert {each.about for each in found.findings} == {"rate", "motion"}
 
 
-def as_rate(s1: Reals, s2: Reals, unit1: str = "", unit2: str = "") -> Check:
+def as_rate(s1: Reals, s2: Reals, unit1: str = "", unit2: str = "", period: float = 0.0) -> Check:
     return check(
         TwoSensors(
             sensor("s1", T1, s1 + 0.02 * float(np.std(s1)) * NOISE, unit=unit1),
             sensor("s2", T2, s2 + 0.01 * float(np.std(s2)) * NOISE2, unit=unit2),
             START_NS,
+            period,
             is_rate=True,
         )
     )
@@ -257,6 +266,12 @@ def test_what_is_wrong_with_a_rate() -> None:
     assert only(negated.findings, "sign").remedy == "s1.scale: -1"
     degrees = as_rate(57.3 * rate(T1), motion(T2 - LAG))
     assert only(degrees.findings, "scale").remedy == "s1.scale: 0.01745329"
+    odd = as_rate(5.0 * rate(T1), motion(T2 - LAG))
+    assert only(odd.findings, "scale").remedy == "s1.scale: 0.2"
+    assert only(as_rate(-5.0 * rate(T1), motion(T2 - LAG)).findings, "sign").remedy == (
+        "s1.scale: -0.2"
+    )
+    assert as_rate(5.0 * rate(T1), motion(T2 - LAG), period=2.0 * math.pi).findings == ()
     no_rate = as_rate(motion(T1), motion(T2 - LAG))
     assert only(no_rate.findings, "rate").remedy == "s1.kind: value"
     units = as_rate(rate(T1), motion(T2 - LAG), "rad", "rad")
