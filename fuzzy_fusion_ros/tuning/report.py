@@ -157,6 +157,7 @@ def outcome(tuned: Tuned, unit: str) -> str:
         f"RMSE {tuned.before_error:.4g}{u} before, {tuned.error:.4g}{u} after; "
         f"S2 counts as lost after {tuned.parameters.s2.timeout:.3g} s"
         + _bound(tuned)
+        + _limits(tuned)
         + ("" if tuned.parameters.predictor.enabled else "; the predictor would not help")
         + _warning(tuned)
     )
@@ -167,6 +168,14 @@ def _bound(tuned: Tuned) -> str:
     if threshold <= 0.0:
         return ""
     return f"; innovations of S2 are bounded at {threshold:g} of their standard deviations"
+
+
+def _limits(tuned: Tuned) -> str:
+    if not tuned.at_limit:
+        return ""
+    found = flatten(tuned.parameters)
+    named = ", ".join(f"{each} {found[each]:.3g} s" for each in tuned.at_limit)
+    return f"; at the upper end of the search range, so not measured: {named}"
 
 
 def _warning(tuned: Tuned) -> str:

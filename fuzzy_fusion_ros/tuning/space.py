@@ -18,6 +18,12 @@ from fuzzy_fusion_ros.tuning.characterise import TINY, Characteristics
 
 Follow = Callable[[Mapping[str, float]], Mapping[str, float]]
 
+TIMES = ("s1.lowpass_time_constant", "s2.lag_time_constant", "s2.delay")
+"""What the sensors determine; other axes may well be best at an end, where a part is off."""
+
+AT_LIMIT = 0.01
+"""This share of an axis is its end: least squares approach it but do not reach it."""
+
 LOWEST = 1e-12
 """Lowest value on a logarithmic axis."""
 
@@ -113,6 +119,13 @@ class Space(NamedTuple):
             each.name: known[each.name] / max(whole[each.share_of], TINY) for each in self.axes
         }
         return self.point(shares)
+
+    def at_limit(self, parameters: Group) -> tuple[str, ...]:
+        """Return which of S1's low-pass and S2's lag are as long as may be: they may be longer."""
+        places = zip(self.axes, self.point_of(parameters), strict=True)
+        return tuple(
+            each.name for each, place in places if each.name in TIMES and place > 1.0 - AT_LIMIT
+        )
 
     def values(self, point: Reals) -> dict[str, float]:
         """Return the parameters at a point by dotted name, including those that are set."""

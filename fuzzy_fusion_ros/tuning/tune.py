@@ -124,6 +124,7 @@ class Tuned(NamedTuple):
         counted: Where the target counts, shape (n,).
         candidates: The candidates as fitted, in order of preference.
         chosen: Name of the one that was chosen.
+        at_limit: Times that ended at the upper end of their search range, by dotted name.
         before: The parameters before.
         before_error: Their error.
         parameters: The parameters after.
@@ -140,6 +141,7 @@ class Tuned(NamedTuple):
     counted: Flags
     candidates: tuple[FittedCandidate, ...]
     chosen: str
+    at_limit: tuple[str, ...]
     before: Parameters
     before_error: float
     parameters: Parameters
@@ -233,9 +235,10 @@ def tune_to(
         )
     s2_samples = sum(int(each.s2_known[-1]) for each in problem.recordings)
     best = model_selection.chosen(candidates, s2_samples, with_truth, sensors.related)
+    spec = _spec_of(best, sensors, with_truth)
     final = best.parameters
     if before.s2.outlier_threshold <= 0.0:
-        final = bounded_if_cheap(problem, _spec_of(best, sensors, with_truth), final, seed)
+        final = bounded_if_cheap(problem, spec, final, seed)
     if with_truth:
         final = simplified(problem, final)
         if s2_samples >= model_selection.ENOUGH_S2:  # else they do not show what it costs
@@ -262,6 +265,7 @@ def tune_to(
         counted=problem.counted,
         candidates=tuple(candidates),
         chosen=best.name,
+        at_limit=spec.space.at_limit(after),
         before=before,
         before_error=error_of(problem, before),
         parameters=after,

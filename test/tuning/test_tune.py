@@ -534,6 +534,19 @@ _LAG = {"s2.lag_time_constant": 0.4, "s2.delay": 0.2}
 _WEIGHTS = ("very_small", "small", "large", "very_large")
 
 
+def test_a_fitted_lag_at_the_end_of_its_range_is_said_to_be_there(
+    tuned: Tuned, recording: Made
+) -> None:
+    assert tuned.at_limit == ()
+    assert "search range" not in outcome(tuned, "")
+    space = fit_of("bias", recording.series).space
+    longest = {each.name: each.high for each in space.axes}
+    late = replace(tuned.parameters, {"s2.delay": longest["s2.delay"]})
+    assert space.at_limit(late) == ("s2.delay",)
+    text = outcome(tuned._replace(parameters=late, at_limit=space.at_limit(late)), "")
+    assert f"not measured: s2.delay {longest['s2.delay']:.3g} s" in text
+
+
 def test_few_samples_of_s2_without_a_truth_are_warned_of(tuned: Tuned) -> None:
     few = tuned._replace(s2_samples=ENOUGH_S2 - 1)
     assert "WARNING" not in outcome(tuned._replace(with_truth=False), "")
