@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Prints the table of docs/sensors.md: rates as S1 on two real recordings, and other filters.
 
-python docs/compare_rates.py FOLDER, with car_raw.csv, car_raw_gnss.csv and broad_raw.csv in it: see
-the page for where they are from. Every filter is tuned on the first half and scored on the second.
-VQF needs the package of that name (pip install vqf), and is left out without it.
+    python docs/compare_rates.py FOLDER
+
+The folder holds car_raw.csv, car_raw_gnss.csv and broad_raw.csv, extracted from the recordings that
+the page names. Every filter is tuned on the first half and scored on the second. VQF needs the
+package of that name (pip install vqf), and is left out without it.
 """
 
 from __future__ import annotations
@@ -34,8 +36,8 @@ MOVING = 1.5
 """Speed in m/s below which the course of a receiver is meaningless."""
 
 GRAVITY = 9.81
-FILTERS = ("complementary", "kalman_bias")
-FITTED = ("complementary_lowpass", "kalman", "kalman_lag", "kalman_lag_cv", "error_state")
+SHOWN = ("complementary", "kalman_bias")
+"""Baselines with a column of their own."""
 
 
 class Signal(NamedTuple):
@@ -63,17 +65,30 @@ class Signal(NamedTuple):
 
 
 def main() -> None:
-    """Print the table."""
+    """Print the table, then the errors of the filters of all three axes."""
     folder = Path(sys.argv[1])
-    print("| signal | integrated before | as a rate | complementary | Kalman with bias | best |")
+    print(
+        "| signal | S1 integrated beforehand | S1 as a rate | complementary | "
+        "Kalman with bias state | best of all filters in `score` |"
+    )
     print("|---|---|---|---|---|---|")
     for name, signal in (*_car(folder), *_imu(folder)):
-        rates, ours = _scores(signal, "rate"), _scores(signal, "value")["estimate"]
-        best = min(FITTED, key=lambda each: rates[each])
-        cells = [ours, rates["estimate"], *(rates[each] for each in FILTERS), rates[best]]
-        print(f"| {name} | {' | '.join(f'{each:.4f}' for each in cells)} `{best}` |", flush=True)
-    for name, errors in _attitudes(folder):
-        print(f"{name}: roll {errors[0]:.4f}, pitch {errors[1]:.4f} rad", flush=True)
+        rates, integrated = _scores(signal, "rate"), _scores(signal, "value")
+        ours = rates.pop("estimate")
+        best = min(rates, key=rates.__getitem__)
+        errors = [integrated["estimate"], ours, *(rates[each] for each in SHOWN), rates[best]]
+        print(f"| {name} | {' | '.join(_cells(errors))} `{best}` |", flush=True)
+    for name, (roll, pitch) in _attitudes(folder):
+        print(f"{name}: roll {roll:.2g} rad, pitch {pitch:.2g} rad", flush=True)
+
+
+def _cells(errors: Sequence[float]) -> list[str]:
+    """Return errors to three digits, the smallest one in bold."""
+    texts = [f"{each:#.3g}" for each in errors]
+    return [
+        f"**{text}**" if each == min(errors) else text
+        for text, each in zip(texts, errors, strict=True)
+    ]
 
 
 def _scores(signal: Signal, kind: str) -> dict[str, float]:
@@ -93,7 +108,7 @@ def _scores(signal: Signal, kind: str) -> dict[str, float]:
         _write(bag, tracks)
         tune(bag, tuned, parameters=parameters, end=signal.middle)
         found = score(bag, parameters=tuned, start=signal.middle, topics=Topics())
-    return {name: found.scores(name)["rmse"] for name in ("estimate", *FILTERS, *FITTED)}
+    return {name: found.scores(name)["rmse"] for name in found.values}
 
 
 def _write(path: Path, tracks: dict[str, tuple[Reals, Reals]]) -> None:
@@ -117,12 +132,15 @@ def _car(folder: Path) -> Iterator[tuple[str, Signal]]:
     speed = np.hypot(gnss["vn"], gnss["ve"])
     moving = speed > MOVING
     yield (
-        "car, heading",
+        "car, heading from gyro and course, rad",
         Signal(
             TURN, imu["t"], gnss["t"][moving], imu["wz"], gnss["course"][moving], imu["ref_yaw"]
         ),
     )
-    yield "car, speed", Signal(0.0, imu["t"], gnss["t"], imu["ax"], speed, imu["ref_speed"])
+    yield (
+        "car, speed from accelerometer and GNSS, m/s",
+        Signal(0.0, imu["t"], gnss["t"], imu["ax"], speed, imu["ref_speed"]),
+    )
 
 
 def _imu(folder: Path) -> Iterator[tuple[str, Signal]]:
@@ -130,8 +148,9 @@ def _imu(folder: Path) -> Iterator[tuple[str, Signal]]:
     roll = np.arctan2(imu["ay"], imu["az"])
     pitch = np.arctan2(-imu["ax"], np.hypot(imu["ay"], imu["az"]))
     truth = _angles(*(imu[f"ref_q{each}"] for each in "wxyz"))
-    yield "IMU, roll", Signal(TURN, imu["t"], imu["t"], imu["wx"], roll, truth[0])
-    yield "IMU, pitch", Signal(0.0, imu["t"], imu["t"], imu["wy"], pitch, truth[1])
+    times = imu["t"], imu["t"]
+    yield "IMU by hand, pitch, rad", Signal(0.0, *times, imu["wy"], pitch, truth[1])
+    yield "IMU by hand, roll, rad", Signal(TURN, *times, imu["wx"], roll, truth[0])
 
 
 def _attitudes(folder: Path) -> Iterator[tuple[str, list[float]]]:
