@@ -62,6 +62,13 @@ def changed(generator: np.random.Generator, time_s: Reals, truth: Reals) -> tupl
     return s1, np.where(time_s >= SECONDS / 2.0, later, s2)
 
 
+def garbage(generator: np.random.Generator, time_s: Reals, truth: Reals) -> tuple[Reals, Reals]:
+    """The same, but in the second half every tenth sample of S2 or so is wild."""
+    s1, s2 = lagging(generator, time_s, truth)
+    wild = (time_s >= SECONDS / 2.0) & (generator.random(truth.size) < 0.1)
+    return s1, s2 + np.where(wild, generator.uniform(-5.0, 5.0, truth.size), 0.0)
+
+
 def silent(generator: np.random.Generator, time_s: Reals, truth: Reals) -> tuple[Reals, Reals]:
     """The same, S1 drifts by a random walk, and S2 is silent for half of each minute."""
     s1, s2 = lagging(generator, time_s, truth)
@@ -73,6 +80,7 @@ Values = Mapping[str, float]
 NOTHING: Values = MappingProxyType({})
 SCALE: Values = {"adapt.scale_time_constant": 20.0}
 LAG: Values = {"adapt.lag_time_constant": 2.0}
+UNBOUNDED: Values = {"s2.outlier_threshold": 0.0}
 
 
 class Case(NamedTuple):
@@ -101,13 +109,15 @@ CASES = {
     "the same, set after tuning": Case("swings", stretched, after=SCALE),
     "S2's lag triples half way": Case("swings", changed),
     "the same, tuned with `adapt.lag_time_constant` 2 s": Case("swings", changed, LAG),
+    "a tenth of S2 is garbage in the second half": Case("swings", garbage),
+    "the same, with `s2.outlier_threshold` 0": Case("swings", garbage, after=UNBOUNDED),
 }
 
 
 def main() -> None:
     """Write the table into the page."""
-    before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
     table = "\n".join(_table()) + "\n"
+    before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
     PAGE.write_text(before + BEGIN + table + END + rest.partition(END)[2], encoding="utf-8")
 
 
