@@ -102,7 +102,12 @@ class Score(NamedTuple):
         Args:
             estimator: Its name.
             names: The metrics to compute.
+
+        Raises:
+            ScoreError: There is no such estimator or metric.
         """
+        _require("estimator", [estimator], self.values)
+        _require("metric", names, (*METRICS, *SURENESS))
         matched = Matched(self.time_s, self.values[estimator], self.truth)
         found = {name: METRICS[name].function(matched) for name in names if name in METRICS}
         if "sse" in found:
@@ -130,6 +135,12 @@ class Score(NamedTuple):
             "best_baseline": self.best_baseline,
             "estimators": {name: self.scores(name, (*REPORTED, *SURENESS)) for name in self.values},
         }
+
+
+def _require(what: str, names: Collection[str], known: Collection[str]) -> None:
+    for name in names:
+        if name not in known:
+            raise ScoreError(f"there is no {what} {name!r}: expected one of {', '.join(known)}")
 
 
 def score_bag(

@@ -368,3 +368,11 @@ def test_filters_have_run_from_the_first_message_on_when_a_span_is_scored(bag: P
     late = scored(bag, baselines=baselines, start_s=2.0)
     for name in BASELINES:
         assert late.values[name].tolist() == whole.values[name][-late.matched :].tolist()
+
+
+def test_metrics_and_estimators_that_do_not_exist_are_refused(bag: Path) -> None:
+    found = scored(bag)
+    with pytest.raises(ScoreError, match="there is no metric 'rsme': expected one of rmse, "):
+        found.scores("estimate", ["rmse", "rsme"])
+    with pytest.raises(ScoreError, match="there is no estimator 'kalmann': expected one of est"):
+        found.scores("kalmann")
