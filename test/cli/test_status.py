@@ -30,7 +30,7 @@ def ended(
 ) -> subprocess.Popen[str]:
     """Start a command with this body in a process of its own, some of its streams closed."""
     program = f"""
-import hashlib, os, signal, sys, time
+import hashlib, os, signal, sys
 {ignored}
 for number in {closed!r}: os.close(int(number))
 sys.stdout = None if "1" in {closed!r} else sys.stdout
@@ -191,10 +191,10 @@ def test_what_the_encoding_lacks_is_an_escape(monkeypatch: pytest.MonkeyPatch) -
 
 SWALLOWED = """
     status.GRACE = {grace}
-    try: os.kill(os.getpid(), signal.{signal}); time.sleep(60)
+    try: os.kill(os.getpid(), signal.{signal}); signal.pause()
     except BaseException: print("swallowed", flush=True)
     while True:
-        os.kill(os.getpid(), {second}); time.sleep(0.1)"""
+        os.kill(os.getpid(), {second}); signal.pause()"""
 
 
 @pytest.mark.parametrize(("number", "status"), [("SIGINT", 130), ("SIGTERM", 143)])
@@ -235,7 +235,7 @@ def test_an_ignored_signal_stays_ignored() -> None:
 
 
 def test_an_interrupt_leaves_no_traceback() -> None:
-    process = ended("    os.kill(os.getpid(), signal.SIGINT); time.sleep(60); return 0")
+    process = ended("    os.kill(os.getpid(), signal.SIGINT); signal.pause(); return 0")
     _, said = process.communicate()
     assert (process.returncode, said) == (130, "tool: interrupted\n")
 
@@ -245,7 +245,7 @@ def test_sigterm_unwinds() -> None:
         """
     try:
         os.kill(os.getpid(), signal.SIGTERM)
-        time.sleep(60)
+        signal.pause()
     finally:
         print("closed", flush=True)
     return 0"""
