@@ -48,31 +48,42 @@ class Burst(NamedTuple):
 class Channel:
     """Both directions to one process."""
 
-    def __init__(self, graph: Graph, child: Child, namespace: str) -> None:
+    def __init__(
+        self,
+        graph: Graph,
+        child: Child,
+        namespace: str,
+        answers: str | None = None,
+        *,
+        listeners: int = 1,
+    ) -> None:
         """Open both directions.
 
         Args:
             graph: The measuring end.
             child: The process.
-            namespace: That of its topics ``s1``, ``s2`` and ``estimate``.
+            namespace: That of its topics ``s1`` and ``s2``.
+            answers: That of ``estimate``, if it is another one.
+            listeners: How many processes listen to ``s1`` and ``s2``.
         """
         self._graph = graph
         self._child = child
+        self._listeners = listeners
         profile = QoSProfile(depth=1000)
         self._s1 = graph.node.create_publisher(PointStamped, f"{namespace}/s1", profile)
         self._s2 = graph.node.create_publisher(PointStamped, f"{namespace}/s2", profile)
         self._ages: deque[float] = deque()
         self._answers = graph.node.create_subscription(
-            PointStamped, f"{namespace}/estimate", self._on_answer, profile, raw=True
+            PointStamped, f"{answers or namespace}/estimate", self._on_answer, profile, raw=True
         )
         self._sent = 0
 
     @property
     def matched(self) -> bool:
-        """Whether all three connections are there."""
+        """Whether all connections are there."""
         return (
-            self._s1.get_subscription_count() > 0
-            and self._s2.get_subscription_count() > 0
+            self._s1.get_subscription_count() >= self._listeners
+            and self._s2.get_subscription_count() >= self._listeners
             and self._answers.get_publisher_count() > 0
         )
 

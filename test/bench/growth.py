@@ -4,8 +4,7 @@
 from __future__ import annotations
 
 import contextlib
-import shutil
-import statistics
+import itertools
 import tempfile
 from pathlib import Path
 
@@ -27,7 +26,7 @@ LENGTHS = (1000, 100, 10, 1)
 """Divisors of the most messages."""
 
 NODES = (1, 2, 4)
-"""Nodes that listen to the same two topics."""
+"""How many nodes listen to the same two topics."""
 
 RATE = 100
 
@@ -53,35 +52,49 @@ def _predictors(effort: Effort) -> list[Row]:
 
 
 def _lengths(effort: Effort) -> list[Row]:
-    lengths = [max(effort.messages // each, 100) for each in LENGTHS]
+    """Measure what each further message costs, so that starting counts for none."""
+    lengths = sorted({max(effort.messages // each, 100) for each in LENGTHS})
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        taken = []
-        for length in lengths:
-            write_bag(folder / "bag", length, SENSORS)
-            replay = [replayed(folder / "bag", folder / "out", FA) for _ in range(2)]
-            taken.append([1e6 * min(replay) / length])
-            shutil.rmtree(folder / "bag")
+        bags = [Path(name) / f"bag_{length}" for length in lengths]
+        for bag, length in zip(bags, lengths, strict=True):
+            write_bag(bag, length, SENSORS)
+        replayed(bags[-1], Path(name) / "out", FA)  # loads what is compiled
+        taken = interleaved(
+            effort.repetitions,
+            *(lambda each=each: 1e6 * replayed(each, Path(name) / "out", FA) for each in bags),
+        )
+    spans = list(itertools.pairwise(lengths))
+    each_further = [
+        [(more - less) / (end - begin) for less, more in zip(*both, strict=True)]
+        for both, (begin, end) in zip(itertools.pairwise(taken), spans, strict=True)
+    ]
+    first = "{:,} to {:,}".format(*spans[0])
     return [
-        _row(f"replay (FA) of {length:,} messages, per message", each, taken[0], f"{lengths[0]:,}")
-        for length, each in zip(lengths, taken, strict=True)
+        _row(f"replay (FA), each message from {begin:,} to {end:,}", each, each_further[0], first)
+        for (begin, end), each in zip(spans, each_further, strict=True)
     ]
 
 
 def _nodes(effort: Effort) -> list[Row]:
+    """Measure the first of some nodes on the same topics; all nodes run all the time."""
     with graph() as opened, contextlib.ExitStack() as stack:
-        spaces = [f"n{k}" for k in range(max(NODES))]
-        to_first = [f"{topic}:=/{spaces[0]}/{topic}" for topic in ("s1", "s2")]
-        children = []
-        taken = []
-        for number, space in enumerate(spaces, start=1):
-            renamed = [word for each in (f"__ns:=/{space}", *to_first) for word in ("-r", each)]
-            command = program("fusion_node", "--ros-args", *renamed)
-            children.append(stack.enter_context(running(command, opened.environment)))
-            if number in NODES:
-                channel = Channel(opened, children[0], spaces[0])
-                bursts = [channel.burst(RATE, effort.seconds) for _ in range(effort.repetitions)]
-                taken.append([1e6 * statistics.median(each.cpu for each in bursts)])
+        channels = []
+        for number in NODES:
+            topics = [f"{topic}:=/of{number}/{topic}" for topic in ("s1", "s2")]
+            children = []
+            for k in range(number):
+                renames = [f"__ns:=/of{number}/n{k}", *topics]
+                renamed = [word for each in renames for word in ("-r", each)]
+                command = program("fusion_node", "--ros-args", *renamed)
+                children.append(stack.enter_context(running(command, opened.environment)))
+            to, answers = f"/of{number}", f"/of{number}/n0"
+            channels.append(Channel(opened, children[0], to, answers, listeners=number))
+        for channel in channels:
+            channel.warm_up()
+        taken = interleaved(
+            effort.repetitions,
+            *(lambda each=each: 1e6 * each.burst(RATE, effort.seconds).cpu for each in channels),
+        )
     return [
         _row(f"fusion_node, FA, one of {n} on the same topics, {RATE} Hz", each, taken[0], "1 node")
         for n, each in zip(NODES, taken, strict=True)
