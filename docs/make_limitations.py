@@ -107,7 +107,7 @@ CASES = {
     "S1 reads 30 % high": Case("swings", stretched),
     "the same, tuned with `adapt.scale_time_constant` 20 s": Case("swings", stretched, SCALE),
     "the same, set after tuning": Case("swings", stretched, after=SCALE),
-    "S2's lag triples half way": Case("swings", changed),
+    "S2's lag triples halfway": Case("swings", changed),
     "the same, tuned with `adapt.lag_time_constant` 2 s": Case("swings", changed, LAG),
     "a tenth of S2 is garbage in the second half": Case("swings", garbage),
     "the same, with `s2.outlier_threshold` 0": Case("swings", garbage, after=UNBOUNDED),
