@@ -162,25 +162,58 @@ def itae(matched: Matched) -> float:
 def lag(matched: Matched) -> float:
     """Return how late the estimate is, negative if early: the shift at which it fits best.
 
-    The fit is of both about their means, on a grid of the median step, over ``LAGS`` steps each
-    way at most a quarter of the span; 0 where a series does not move. Gaps longer than that many
-    steps count as so long.
+    The fit is of both about their means, on a grid of the median step; 0 where a series does not
+    move. At :func:`longest_lag`, either way, it is at least that long. Gaps longer than ``LAGS``
+    steps are taken as that long.
     """
-    steps = np.diff(matched.time_s)
-    if steps.size < 4 or np.ptp(matched.estimate) == 0.0 or np.ptp(matched.truth) == 0.0:
+    if matched.time_s.size < 5 or np.ptp(matched.estimate) == 0.0 or np.ptp(matched.truth) == 0.0:
         return 0.0
-    longest = LAGS * float(np.median(steps))
-    excess = np.concatenate([[0.0], np.cumsum(np.maximum(steps - longest, 0.0))])
-    time_s = matched.time_s - excess
-    span = float(time_s[-1] - time_s[0])
-    step = max(float(np.median(steps)), span / _MOST_POINTS)
-    grid = np.arange(time_s[0], time_s[-1], step)
+    even = _even(matched.time_s)
     middle = np.mean(matched.truth)
-    estimate = np.interp(grid, time_s, matched.estimate - middle)
-    truth = np.interp(grid, time_s, matched.truth - middle)
-    reach = min(LAGS, grid.size // 4)
-    best, misfits = _best_shift(estimate, truth[reach : truth.size - reach])
-    return (best - reach + _vertex(misfits)) * step
+    estimate = np.interp(even.grid, even.time_s, matched.estimate - middle)
+    truth = np.interp(even.grid, even.time_s, matched.truth - middle)
+    best, misfits = _best_shift(estimate, truth[even.reach : truth.size - even.reach])
+    return (best - even.reach + _vertex(misfits)) * even.step
+
+
+def longest_lag(time_s: Reals) -> float:
+    """Return the longest lag that :func:`lag` tries, either way, seconds.
+
+    It is ``LAGS`` median steps, but at most a quarter of the span.
+
+    Args:
+        time_s: Matched times, shape (n,), seconds.
+    """
+    if time_s.size < 5:
+        return 0.0
+    even = _even(time_s)
+    return even.reach * even.step
+
+
+class _Even(NamedTuple):
+    """Even times over matched ones.
+
+    Attributes:
+        time_s: The matched ones, long gaps shortened, shape (n,), seconds.
+        grid: The even ones, shape (m,), seconds.
+        step: Between two of them, seconds.
+        reach: The longest shift, in steps.
+    """
+
+    time_s: Reals
+    grid: Reals
+    step: float
+    reach: int
+
+
+def _even(time_s: Reals) -> _Even:
+    steps = np.diff(time_s)
+    usual = float(np.median(steps))
+    excess = np.concatenate([[0.0], np.cumsum(np.maximum(steps - LAGS * usual, 0.0))])
+    time_s = time_s - excess
+    step = max(usual, float(time_s[-1] - time_s[0]) / _MOST_POINTS)
+    grid = np.arange(time_s[0], time_s[-1], step)
+    return _Even(time_s, grid, step, min(LAGS, grid.size // 4))
 
 
 def _best_shift(estimate: Reals, truth: Reals) -> tuple[int, Reals]:

@@ -7,7 +7,7 @@ import textwrap
 from collections.abc import Sequence
 
 from fuzzy_fusion_ros.online.mode_shares import in_words
-from fuzzy_fusion_ros.scoring.metrics import METRICS, SURENESS
+from fuzzy_fusion_ros.scoring.metrics import METRICS, SURENESS, longest_lag
 from fuzzy_fusion_ros.scoring.score import Score
 from fuzzy_fusion_ros.text.table import WIDTH, number_column, text_table
 from fuzzy_fusion_ros.text.visible import visible
@@ -74,15 +74,27 @@ def cells(score: Score, metrics: Sequence[str] = tuple(METRICS)) -> list[tuple[s
         metrics: Names of the metrics to show.
 
     Returns:
-        The rows of a table, below two rows of headers: names and units.
+        The rows of a table, below two rows of headers: names and units. ``>2`` is a lag that is at
+        least as long as the longest one tried.
     """
     scores = {name: score.scores(name, metrics) for name in score.values}
     best = score.best_baseline
     columns = [["", "", *(f"{each} {BEST_BASELINE}" if each == best else each for each in scores)]]
     for metric in metrics:
         values = [each[metric] for each in scores.values()]
-        columns.append(number_column(metric, _unit(metric, score.unit), values))
+        column = number_column(metric, _unit(metric, score.unit), values)
+        if metric == "lag":
+            column[2:] = _lags(column[2:], values, longest_lag(score.time_s))
+        columns.append(column)
     return _rows(columns)
+
+
+def _lags(texts: Sequence[str], values: Sequence[float], longest: float) -> list[str]:
+    """Return lags as texts, with those where the search ended as what they are longer than."""
+    return [
+        f"{'<' if value < 0.0 else '>'}{text}" if abs(value) >= longest > 0.0 else text
+        for text, value in zip(texts, values, strict=True)
+    ]
 
 
 def _rows(columns: Sequence[Sequence[str]]) -> list[tuple[str, ...]]:

@@ -302,6 +302,18 @@ def test_the_best_of_each_column_is_marked(bag: Path) -> None:
         assert {row[0] for row in rows[2:] if row[k].endswith("*")} == best
 
 
+def test_a_lag_at_the_end_of_the_search_is_shown_as_longer(bag: Path) -> None:
+    time_s = np.arange(0.0, 100.0, 0.01)
+    values = {"s1": np.tanh(time_s - 55.0), "s2": np.tanh(time_s - 35.0), "average": time_s}
+    score = scored(bag)._replace(
+        time_s=time_s, truth=np.tanh(time_s - 45.0), values=values, deviations={}
+    )
+    shown = {row[0]: row[-1] for row in map(str.split, table(score, ("lag",)).splitlines()[2:])}
+    assert shown["s1"] == ">2"
+    assert shown["s2"] == "<-2"
+    assert shown["average"][0] not in "<>"
+
+
 def test_an_unknown_unit_is_left_open(bag: Path) -> None:
     assert table(scored(bag), ("rmse", "sse", "lag")).splitlines()[1].split() == ["s"]
 
