@@ -48,7 +48,7 @@ looks like an integral."""
 SHARE_OF_SPAN = 8.0
 """Changes are taken over at most this part of the recording, so that there are several."""
 
-LIVELY = 0.3
+LEAST_MOTION = 0.3
 """Changes over a time in which S2 moves less than this share of its most are not compared: noise
 and control loops dominate there."""
 
@@ -58,6 +58,9 @@ MODEL_ERROR = 0.03
 WEIGHT = 4.0
 """What is unexplained counts as that of eight independent samples, however many there are: the
 errors of the model do not average out."""
+
+NO_FIT = WEIGHT * math.log(1.0 + MODEL_ERROR)
+"""Cost of a misfit that nothing explains."""
 
 COSTS = {"negated": 1.0, "s1 rate": 0.7, "s2 rate": 1.0, "known scale": 1.0, "scale": 2.0}
 """What each deviation costs: one recording in three to ten has been set up wrong."""
@@ -225,6 +228,9 @@ class _Grid(NamedTuple):
             lines between samples of the slower one do; 0 for none.
         size: Points of transforms, a power of two.
         frequency: Frequencies of transforms, shape (size // 2 + 1,), Hz.
+        spans: Times to take changes over, seconds, shape (p,).
+        windows: What makes changes over these from changes between points, transformed, shape
+            (p, size // 2 + 1).
         lags: Lags to try, in steps, negative ones included, shape (k,).
         far: Longer lags, up to half of the recording, in steps.
     """
@@ -237,6 +243,8 @@ class _Grid(NamedTuple):
     smoothing: tuple[float, float]
     size: int
     frequency: Reals
+    spans: Reals
+    windows: Reals
     lags: NDArray[np.int64]
     far: NDArray[np.int64]
 
@@ -265,6 +273,10 @@ def _grid(s1: Motion, s2: Motion, most_points: int) -> _Grid | None:
     usable = _outside_gaps(s1, middles) & _outside_gaps(s2, middles)
     if np.count_nonzero(usable) * step < FEWEST_POINTS * slower:
         return None
+    frequency = np.fft.rfftfreq(size, step).astype(np.float64)
+    longest_span = step * times.size / SHARE_OF_SPAN
+    octaves = max(0, int(np.log2(longest_span / slower)))
+    spans: Reals = slower * 2.0 ** np.arange(1.0 + octaves)
     return _Grid(
         step=step,
         s1=values[0],
@@ -276,7 +288,9 @@ def _grid(s1: Motion, s2: Motion, most_points: int) -> _Grid | None:
             slower if s2.interval < slower / 1.5 else 0.0,
         ),
         size=size,
-        frequency=np.fft.rfftfreq(size, step).astype(np.float64),
+        frequency=frequency,
+        spans=spans,
+        windows=np.sinc(frequency * spans[:, None]) ** 2,
         lags=lags,
         far=np.arange(lags[-1] + 1, times.size // 2),
     )
@@ -353,12 +367,14 @@ class _Tried(NamedTuple):
     """A hypothesis, seen over some time and through several low-passes.
 
     Attributes:
+        kind: Its kind.
         over: Time that changes are taken over, seconds.
         time_constants: Of the low-passes, shape (m,), seconds.
         correlation: At every lag, as :func:`numpy.fft.irfft` puts them, shape (m, size).
         ratios: Size of what S2 does to that of what S1 says it should do, shape (m,).
     """
 
+    kind: Kind
     over: float
     time_constants: Reals
     correlation: Reals
@@ -373,52 +389,90 @@ class _Tried(NamedTuple):
 
 
 def _tried(grid: _Grid, hypothesis: _Hypothesis) -> Iterator[_Tried]:
-    """Yield a hypothesis over all times to be tried, through all low-passes."""
+    """Yield a hypothesis over each time in which S2 moves, through all low-passes."""
     is_value = hypothesis.kind is Kind.VALUE
     constants = np.array(_time_constants(grid) if is_value else [0.0])
-    low_passes = 1.0 + 2j * np.pi * grid.frequency * constants[:, None]
-    for over in _lively(grid, hypothesis.s2):
-        window = np.sinc(grid.frequency * over) ** 2
-        s1, s2 = hypothesis.s1 * window / low_passes, hypothesis.s2 * window
-        powers = np.array([_power(each) for each in s1]), _power(s2)
-        if min(powers[0].min(), powers[1]) > TINY:
-            products = np.fft.irfft(np.conj(s1) * s2, grid.size) * (0.5 * grid.size)
-            correlation = products / np.sqrt(powers[0] * powers[1])[:, None]
-            yield _Tried(over, constants, correlation, np.sqrt(powers[1] / powers[0]))
+    low_passes = 1.0 / (1.0 + 2j * np.pi * grid.frequency * constants[:, None])
+    changes = hypothesis.s2 * grid.windows
+    powers = _powers(changes)
+    moved = grid.spans * np.sqrt(powers)
+    for k in np.flatnonzero(moved >= LEAST_MOTION * moved.max()):
+        s1 = hypothesis.s1 * grid.windows[k] * low_passes
+        expected = _powers(s1)
+        if min(expected.min(), powers[k]) > TINY:
+            products = np.fft.irfft(np.conj(s1) * changes[k], grid.size) * (0.5 * grid.size)
+            correlation = products / np.sqrt(expected * powers[k])[:, None]
+            ratios = np.sqrt(powers[k] / expected)
+            yield _Tried(hypothesis.kind, float(grid.spans[k]), constants, correlation, ratios)
+
+
+class _Best(NamedTuple):
+    """A relation, the cheapest of those looked at.
+
+    Attributes:
+        relation: The relation; its chance is not known yet.
+        correlation: At every lag, shape (size,).
+    """
+
+    relation: Relation
+    correlation: Reals
 
 
 def _best(grid: _Grid, hypothesis: _Hypothesis) -> list[Relation]:
     """Return a hypothesis with either sign, each with the lag that costs least."""
-    best: dict[int, Relation] = {}
-    whole: dict[int, Reals] = {}
+    best: dict[int, _Best] = {}
     for tried in _tried(grid, hypothesis):
-        near, delay = tried.near(grid)  # less of both overlaps at long lags: against them
+        correlation, delay = tried.near(grid)
+        # Both overlap less at long lags, which speaks against these.
         early = tried.time_constants[:, None] - LEAD * grid.step * grid.lags
         lag_cost = np.where(grid.lags >= 0, delay, early) / _usual_lag(grid)
+        unexplained = 1.0 - np.square(np.clip(correlation, -1.0, 1.0)) + MODEL_ERROR
+        misfit = WEIGHT * np.log(unexplained)
         for sign in (1, -1):
-            r = np.clip(sign * near, 0.0, 1.0)
-            cost = WEIGHT * np.log(1.0 - np.square(r) + MODEL_ERROR) + lag_cost
-            lags = np.argmin(cost, axis=1)
-            rows = np.arange(lags.size)
-            for m in np.argsort(cost[rows, lags], kind="stable"):
-                k = lags[m]
-                if sign in best and best[sign].cost <= cost[m, k]:
-                    break  # no relation costs less than its lag and its misfit
-                if r[m, k] <= LEAST_CORRELATION:
-                    continue
-                found = Relation(
-                    kind=hypothesis.kind,
-                    sign=sign,
-                    lag=float(delay[m, k]),
-                    correlation=float(r[m, k]),
-                    scale=(float(r[m, k] * tried.ratios[m]), float(tried.ratios[m] / r[m, k])),
-                    chance=math.nan,
-                    cost=float(cost[m, k]),
-                )
-                found = found._replace(cost=found.cost + _oddity(found))
-                if sign not in best or found.cost < best[sign].cost:
-                    best[sign], whole[sign] = found, tried.correlation[m]
-    return [each._replace(chance=_chance(grid, whole[sign])) for sign, each in best.items()]
+            cost = np.where(sign * correlation > 0.0, misfit, NO_FIT) + lag_cost
+            limit = best[sign].relation.cost if sign in best else math.inf
+            found = _cheapest(tried, sign, cost, sign * correlation, delay, limit)
+            if found is not None:
+                best[sign] = found
+    return [each._replace(chance=_chance(grid, whole)) for each, whole in best.values()]
+
+
+def _cheapest(
+    tried: _Tried, sign: int, cost: Reals, correlation: Reals, delay: Reals, limit: float
+) -> _Best | None:
+    """Return the cheapest relation of one sign, None if none costs less than a limit.
+
+    Args:
+        tried: The hypothesis.
+        sign: The sign.
+        cost: Of misfit and lag, shape (m, k).
+        correlation: With that sign, shape (m, k).
+        delay: Of S2, seconds, shape (m, k).
+        limit: What it must cost less than.
+    """
+    best = None
+    lags = np.argmin(cost, axis=1)
+    rows = np.arange(lags.size)
+    for m in np.argsort(cost[rows, lags], kind="stable"):
+        k = lags[m]
+        if cost[m, k] >= limit:
+            break  # no relation costs less than its lag and its misfit
+        r, ratio = min(float(correlation[m, k]), 1.0), float(tried.ratios[m])
+        if r <= LEAST_CORRELATION:
+            continue
+        found = Relation(
+            kind=tried.kind,
+            sign=sign,
+            lag=float(delay[m, k]),
+            correlation=r,
+            scale=(r * ratio, ratio / r),
+            chance=math.nan,
+            cost=float(cost[m, k]),
+        )
+        found = found._replace(cost=found.cost + _oddity(found))
+        if found.cost < limit:
+            best, limit = _Best(found, tried.correlation[m]), found.cost
+    return best
 
 
 def _chance(grid: _Grid, correlation: Reals) -> float:
@@ -426,14 +480,6 @@ def _chance(grid: _Grid, correlation: Reals) -> float:
     far = np.append(grid.far, -grid.far)
     overlap = 1.0 - np.abs(far) / grid.s1.size
     return root_mean_square(correlation[far] / overlap) if far.size else 1.0
-
-
-def _lively(grid: _Grid, s2: Spectrum) -> list[float]:
-    """Return the times to take changes over, seconds: those in which S2 moves."""
-    longest = grid.step * grid.s2.size / SHARE_OF_SPAN
-    tried = grid.slower * 2.0 ** np.arange(1 + max(0, int(np.log2(longest / grid.slower))))
-    moved = [over * _power(s2 * np.sinc(grid.frequency * over) ** 2) ** 0.5 for over in tried]
-    return [float(over) for over, by in zip(tried, moved, strict=True) if by >= LIVELY * max(moved)]
 
 
 def _time_constants(grid: _Grid) -> list[float]:
@@ -489,5 +535,7 @@ def _oddity(relation: Relation) -> float:
     return cost
 
 
-def _power(spectrum: Spectrum) -> float:
-    return float(np.vdot(spectrum, spectrum).real)
+def _powers(spectra: Spectrum) -> Reals:
+    """Return the power of each of some spectra, shape (m, frequencies)."""
+    powers: Reals = np.square(np.linalg.norm(spectra, axis=1))
+    return powers

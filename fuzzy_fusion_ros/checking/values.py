@@ -79,8 +79,9 @@ def wrap_of(values: Reals) -> Wrap:
         values: Finite, shape (n,).
     """
     steps = np.abs(np.diff(values))
+    largest = steps.max(initial=0.0)
     for period in PERIODS:
-        if not _fits(values, period):
+        if largest < (1.0 - NEAR) * period or not _fits(values, period):
             continue
         top = period if values.min() > -NEAR * period else 0.5 * period
         ends = np.minimum(np.abs(values - top), np.abs(values - (top - period))) < NEAR * period
