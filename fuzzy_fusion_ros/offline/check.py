@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
+import functools
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import islice, takewhile
 from typing import NamedTuple
 
@@ -199,8 +200,9 @@ def survey_bag(
 def _sources(bag: BagReader) -> dict[str, Source]:
     """Return where all numbers of a bag are, variances and long arrays left out."""
     found = {}
+    codec_of = functools.cache(functools.partial(ScalarCodec, bag.types))  # topics share types
     for topic, data in _first_messages(bag).items():
-        for codec in _codecs(bag, bag.topics[topic].msgtype, data):
+        for codec in _codecs(bag, bag.topics[topic].msgtype, data, codec_of):
             found[f"{topic} {codec.field.text}"] = Source(topic, codec)
     return found
 
@@ -215,7 +217,9 @@ def _first_messages(bag: BagReader) -> dict[str, bytes]:
     return found
 
 
-def _codecs(bag: BagReader, msgtype: str, data: bytes) -> Iterator[ScalarCodec]:
+def _codecs(
+    bag: BagReader, msgtype: str, data: bytes, codec_of: Callable[[str, str], ScalarCodec]
+) -> Iterator[ScalarCodec]:
     """Yield what reads the numbers of a type, each element of a short array by itself."""
     try:
         paths = numeric_fields(bag.types, msgtype)
@@ -223,23 +227,27 @@ def _codecs(bag: BagReader, msgtype: str, data: bytes) -> Iterator[ScalarCodec]:
     except MessageError:
         return
     chosen = [each for each in computed if "norm" not in each or each.endswith("linear)")]
-    yield from _readers(bag, msgtype, [each for each in chosen if "[" not in each])
+    yield from _readers(codec_of, msgtype, [each for each in chosen if "[" not in each])
     for path in paths:
         if "variance" in path.lower() or "=" in path:
             continue
         if "[0]" not in path:
-            yield from _readers(bag, msgtype, [path])
+            yield from _readers(codec_of, msgtype, [path])
             continue
         elements = [path.replace("[0]", f"[{k}]", 1) for k in range(MOST_ELEMENTS + 1)]
-        codecs = list(takewhile(lambda each: _reads(each, data), _readers(bag, msgtype, elements)))
+        codecs = list(
+            takewhile(lambda each: _reads(each, data), _readers(codec_of, msgtype, elements))
+        )
         if len(codecs) <= MOST_ELEMENTS:
             yield from codecs
 
 
-def _readers(bag: BagReader, msgtype: str, paths: Sequence[str]) -> Iterator[ScalarCodec]:
+def _readers(
+    codec_of: Callable[[str, str], ScalarCodec], msgtype: str, paths: Sequence[str]
+) -> Iterator[ScalarCodec]:
     for path in paths:
         try:
-            yield ScalarCodec(bag.types, msgtype, path)
+            yield codec_of(msgtype, path)
         except MessageError:  # beyond the bound of the array, or a type too large to be read
             return
 
