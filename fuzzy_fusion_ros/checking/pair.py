@@ -220,7 +220,8 @@ def _odd(
     is_expected = best.kind is expected
     if plain is not None and not is_expected:
         evidence["as values"] = plain.correlation
-    factor, units = _factor(best, only_units or not is_expected)  # noise adds up in an integral
+    # Noise adds up in an integral.
+    factor, units = _factor(best, only_units=only_units or not is_expected)
     size = "" if factor == 1.0 else f", times {1.0 / factor:.3g}{units}"
     negated = "the negated " if best.sign < 0 else "the "
     change = best.sign * factor
@@ -241,7 +242,7 @@ def _odd(
 
 def _scale(relation: Relation, scale: float, only_units: bool) -> list[Finding]:
     """Return whether the scale of plain values is another unit's."""
-    factor, units = _factor(relation, only_units)
+    factor, units = _factor(relation, only_units=only_units)
     if factor == 1.0 or not _is_credible(relation):
         return []
     evidence = {"ratio": 1.0 / relation.middle_scale, "correlation": relation.correlation}
@@ -249,7 +250,12 @@ def _scale(relation: Relation, scale: float, only_units: bool) -> list[Finding]:
     return [Finding(Level.ERROR, "scale", text, evidence, f"s1.scale: {factor * scale:.7g}")]
 
 
-def _factor(relation: Relation, only_units: bool) -> tuple[float, str]:
+def conversion_of(relation: Relation) -> float:
+    """Return the signed factor from the unit of S1 to that of S2, 1 unless units differ."""
+    return relation.sign * _factor(relation, only_units=True)[0]
+
+
+def _factor(relation: Relation, *, only_units: bool) -> tuple[float, str]:
     """Return the factor from S1 to S2, 1 if it may be that, and which units it is for."""
     low, high = relation.scale[0] * relation.correlation, relation.scale[1] / relation.correlation
     if low <= FACTOR and high >= 1.0 / FACTOR:

@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 import re
-import shlex
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
+from fuzzy_fusion_ros.checking.pair import conversion_of
 from fuzzy_fusion_ros.checking.relation import Kind, Relation
 from fuzzy_fusion_ros.checking.survey import Field, Together
 
@@ -21,7 +21,8 @@ class Job(NamedTuple):
         unit: Unit of S2.
         s1: Pattern of the field of S1.
         s2: Pattern of the field of S2.
-        is_set: Whether the preset says of what kind S1 is; where not, ``s1.kind: rate`` is added.
+        sets_kind: Whether the preset sets ``s1.kind``, or need not; else the advice does.
+        has_axis: Whether S1 is negated if its axis points the other way; a thermometer has none.
     """
 
     preset: str
@@ -29,19 +30,25 @@ class Job(NamedTuple):
     unit: str
     s1: str
     s2: str
-    is_set: bool = True
+    sets_kind: bool = True
+    has_axis: bool = True
 
 
+GYRO = r"angular(_velocity)?\.([xy])$"
+"""What a rate of roll or pitch ends in."""
+
+TILT = Job("tilt", Kind.S1_RATE, "rad", GYRO, r"^(roll|pitch)\(")
 JOBS = (
     Job("heading", Kind.S1_RATE, "rad", r"angular(_velocity)?\.z$", r"^(atan2|yaw)\("),
-    Job("tilt", Kind.S1_RATE, "rad", r"angular(_velocity)?\.[xy]$", r"^(roll|pitch)\("),
+    TILT,
     Job("speed", Kind.VALUE, "m/s", r"linear\.x$", r"linear(\.x|\))$"),
     Job("speed", Kind.S1_RATE, "m/s", r"linear_acceleration\.x$", r"linear(\.x|\))$", False),
     Job("altitude", Kind.VALUE, "m", r"^altitude\(", r"range$|altitude$|\.z$"),
-    Job("temperature", Kind.VALUE, "degC", r"temperature$", r"temperature$"),
+    Job("temperature", Kind.VALUE, "degC", r"temperature$", r"temperature$", has_axis=False),
 )
+"""The presets of one channel; their fields and kinds are those in the files."""
 
-AXES = {"x": "roll", "y": "pitch"}
+ANGLES = {"x": "roll", "y": "pitch"}
 """The function of an acceleration that gives the angle about each axis of a gyro."""
 
 
@@ -62,18 +69,11 @@ class Advice(NamedTuple):
     relation: Relation | None
 
     @property
-    def options(self) -> str:
-        """The options of ``check``, ``tune``, ``score`` and ``replay`` that choose the sensors."""
-        topics = ["--s1", self.s1.topic, "--s2", self.s2.topic]
-        fields = ["--field", f"s1={self.s1.path}", "--field", f"s2={self.s2.path}"]
-        return shlex.join([*topics, *fields])
-
-    @property
     def additions(self) -> list[str]:
         """Parameters to set besides the preset."""
-        kind = [] if self.job.is_set else ["s1.kind: rate"]
-        is_negated = self.relation is not None and self.relation.sign < 0
-        return [*kind, "s1.scale: -1.0"] if is_negated else kind
+        kind = [] if self.job.sets_kind else ["s1.kind: rate"]
+        scale = 1.0 if self.relation is None else conversion_of(self.relation)
+        return [*kind, f"s1.scale: {scale:.7g}"] if scale != 1.0 else kind
 
 
 def advise(fields: Iterable[Field], found: Sequence[Together]) -> list[Advice]:
@@ -88,22 +88,27 @@ def advise(fields: Iterable[Field], found: Sequence[Together]) -> list[Advice]:
         for job in JOBS:
             if job not in best and _suits(job, each):
                 best[job] = Advice(job, each.s1, each.s2, each.relation)
-    used = {each.s1.topic for each in best.values()}
-    return [*best.values(), *_tilts([each for each in fields if each.topic not in used])]
+    tilted = {each.s1.topic for each in best.values() if each.job is TILT}
+    return [*best.values(), *_tilts([each for each in fields if each.topic not in tilted])]
 
 
 def _suits(job: Job, found: Together) -> bool:
     s1, s2, relation = found
-    fits = re.search(job.s1, s1.path) and re.search(job.s2, s2.path)
-    return bool(fits) and relation.kind is job.kind and s2.unit in {job.unit, ""}
+    if relation.kind is not job.kind or s2.unit not in {job.unit, ""}:
+        return False
+    turned = relation.sign < 0 and not job.has_axis
+    return not turned and bool(re.search(job.s1, s1.path) and re.search(job.s2, s2.path))
 
 
-def _tilts(fields: Sequence[Field]) -> Iterator[Advice]:
-    """Yield a gyro and an accelerometer of one message, one pair for each topic."""
-    (tilt,) = (each for each in JOBS if each.preset == "tilt")
-    by_topic: dict[str, Advice] = {}
+def _tilts(fields: Sequence[Field]) -> list[Advice]:
+    """Return a gyro and an accelerometer of one message, one pair for each topic."""
+    by_name = {(each.topic, each.path): each for each in fields}
+    found: dict[str, Advice] = {}
     for s1 in fields:
-        for s2 in fields if s1.unit == "rad/s" and re.search(tilt.s1, s1.path) else ():
-            if s2.topic == s1.topic and s2.path == f"{AXES[s1.path[-1]]}(linear_acceleration)":
-                by_topic.setdefault(s1.topic, Advice(tilt, s1, s2, None))
-    yield from by_topic.values()
+        gyro = re.search(GYRO, s1.path) if s1.unit == "rad/s" else None
+        if gyro is None:
+            continue
+        angle = f"{ANGLES[gyro[2]]}({s1.path[: gyro.start()]}linear_acceleration)"
+        if (s1.topic, angle) in by_name:
+            found.setdefault(s1.topic, Advice(TILT, s1, by_name[s1.topic, angle], None))
+    return list(found.values())

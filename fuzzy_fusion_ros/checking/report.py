@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import math
 import re
+import shlex
 import textwrap
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 from fuzzy_fusion_ros.checking.check import Character, Check
@@ -89,13 +91,20 @@ def survey_json(found: Sequence[Together]) -> list[dict[str, Any]]:
     ]
 
 
-def advice_text(advice: Sequence[Advice]) -> str:
-    """Return which presets suit a recording, and the options that choose its sensors."""
-    lines = ["presets that suit: fuzzy-fusion tune BAG --params config/presets/NAME OPTIONS"]
+def advice_text(advice: Sequence[Advice], presets: Path) -> str:
+    """Return which presets suit a recording, with the options to use them.
+
+    Args:
+        advice: The presets.
+        presets: The folder that they are in.
+    """
+    lines = ["presets that suit: fuzzy-fusion tune BAG OPTIONS"]
     for each in advice:
+        name = f"{each.job.preset}.yaml"
         with_more = f" with {' and '.join(each.additions)}" if each.additions else ""
-        lines.append(f"{each.job.preset}.yaml{with_more}: {_why(each)}")
-        lines.append(textwrap.indent(_wrapped_options(each.options), "  "))
+        lines.append(f"{name}{with_more}: {_why(each)}")
+        options = f"{shlex.join(['--params', str(presets / name)])} {_options(each)}"
+        lines.append(textwrap.indent(_wrapped_options(options), "  "))
     return "\n".join(lines)
 
 
@@ -104,9 +113,16 @@ def advice_json(advice: Advice) -> dict[str, Any]:
     return {
         "preset": f"{advice.job.preset}.yaml",
         "set": advice.additions,
-        "options": advice.options,
+        "options": _options(advice),
         "correlation": None if advice.relation is None else advice.relation.correlation,
     }
+
+
+def _options(advice: Advice) -> str:
+    """Return the options of ``check``, ``tune``, ``score`` and ``replay`` for its sensors."""
+    s1, s2 = advice.s1, advice.s2
+    topics = ["--s1", s1.topic, "--s2", s2.topic]
+    return shlex.join([*topics, "--field", f"s1={s1.path}", "--field", f"s2={s2.path}"])
 
 
 def _why(advice: Advice) -> str:

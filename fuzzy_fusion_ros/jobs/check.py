@@ -13,6 +13,7 @@ from fuzzy_fusion_ros.checking.presets import Advice
 from fuzzy_fusion_ros.checking.survey import Together
 from fuzzy_fusion_ros.jobs.parameter_file import Source, fusion_parameters
 from fuzzy_fusion_ros.jobs.progress import SILENT, Progress
+from fuzzy_fusion_ros.jobs.shared import presets
 from fuzzy_fusion_ros.offline.check import check_bag, survey_bag
 from fuzzy_fusion_ros.offline.topics import Topics
 
@@ -42,7 +43,7 @@ class CheckResult(NamedTuple):
         """Return it as text for a terminal."""
         parts = [] if self.check is None else [report.check_text(self.check)]
         parts += [] if self.together is None else [report.survey_text(self.together)]
-        parts += [report.advice_text(self.advice)] if self.advice else []
+        parts += [report.advice_text(self.advice, presets())] if self.advice else []
         return "\n\n".join(parts)
 
     def as_json(self) -> dict[str, Any]:

@@ -10,7 +10,6 @@ of the real drive, which is scored on its second.
 from __future__ import annotations
 
 import contextlib
-import os
 import shutil
 import signal
 import tempfile
@@ -34,6 +33,7 @@ from fuzzy_fusion_ros.jobs.parameter_file import baseline_parameters
 from fuzzy_fusion_ros.jobs.progress import SILENT, Progress
 from fuzzy_fusion_ros.jobs.replay import replay
 from fuzzy_fusion_ros.jobs.score import score
+from fuzzy_fusion_ros.jobs.shared import shared_folders
 from fuzzy_fusion_ros.messages.outputs import EXPLANATION
 from fuzzy_fusion_ros.offline.replay import differences
 from fuzzy_fusion_ros.offline.topics import Topics
@@ -45,7 +45,6 @@ from fuzzy_fusion_ros.scoring.score import Score, score_bag
 from fuzzy_fusion_ros.simulation.closed_loop import Run, simulate
 from fuzzy_fusion_ros.simulation.scenario import Scenario
 
-PACKAGE = "fuzzy_fusion_ros"
 SECONDS = 50.0
 LONGEST = 300.0
 """Seconds that the live run may take on a busy machine."""
@@ -189,9 +188,7 @@ def real_bags() -> Path:
     Raises:
         DemoError: It is in neither place.
     """
-    prefixes = filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))
-    folders = [Path(__file__).parents[2] / "bags"]
-    folders += [Path(prefix, "share", PACKAGE, "bags") for prefix in prefixes]
+    folders = shared_folders("bags")
     found = next((folder for folder in folders if (folder / REAL).is_dir()), None)
     if found is None:
         raise DemoError(f"bag {REAL!r} was not found in {', '.join(map(str, folders))}")

@@ -3,16 +3,24 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
+import pytest
 
 from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.checking.motion import Motion
-from fuzzy_fusion_ros.checking.presets import Advice, advise
+from fuzzy_fusion_ros.checking.presets import JOBS, Advice, Job, advise
+from fuzzy_fusion_ros.checking.relation import Kind
 from fuzzy_fusion_ros.checking.report import advice_json, advice_text
 from fuzzy_fusion_ros.checking.survey import Field, survey
+from fuzzy_fusion_ros.parameters.file import parameters_from
+
+PRESETS = Path(__file__).resolve().parents[2] / "config" / "presets"
+SENSORS = ("s1", "s2")
 
 TIMES: Reals = 0.02 * np.arange(6000)
 COURSE = "atan2(twist.linear.y, twist.linear.x)"
@@ -55,13 +63,13 @@ def advised(fields: Sequence[Field]) -> list[Advice]:
 
 def test_a_vehicle_with_an_imu_and_a_receiver() -> None:
     found = {each.job.preset: each for each in advised([*imu(), *gnss()])}
-    assert found.keys() == {"heading", "speed"}
+    assert found.keys() == {"heading", "speed", "tilt"}
     assert found["heading"].s1.path == "angular_velocity.z"
     assert found["heading"].s2.path == COURSE
     assert found["heading"].additions == []
     assert found["speed"].s1.path == "linear_acceleration.x"
     assert found["speed"].additions == ["s1.kind: rate"]
-    assert shlex.split(found["heading"].options) == [
+    assert shlex.split(advice_json(found["heading"])["options"]) == [
         *("--s1", "/imu/data", "--s2", "/fix_velocity"),
         *("--field", "s1=angular_velocity.z", "--field", f"s2={COURSE}"),
     ]
@@ -69,7 +77,7 @@ def test_a_vehicle_with_an_imu_and_a_receiver() -> None:
 
 def test_a_gyro_that_turns_the_other_way_needs_a_scale() -> None:
     found = {each.job.preset: each for each in advised([*imu(-1.0), *gnss()])}
-    assert found["heading"].additions == ["s1.scale: -1.0"]
+    assert found["heading"].additions == ["s1.scale: -1"]
 
 
 def test_an_imu_alone_suits_the_tilt_even_if_its_motion_does_not_tell() -> None:
@@ -79,17 +87,71 @@ def test_an_imu_alone_suits_the_tilt_even_if_its_motion_does_not_tell() -> None:
     assert advice_json(found)["correlation"] is None
 
 
+def test_an_imu_whose_motion_shows_its_tilt_gets_one_advice() -> None:
+    tilt = field("/imu/data", "pitch(linear_acceleration)", "rad", np.cumsum(walk(4)) * 0.02)
+    others = [each for each in imu() if each.path != tilt.path]
+    (found,) = advised([*others, tilt])
+    assert (found.job.preset, found.s1.path) == ("tilt", "angular_velocity.y")
+    assert found.relation is not None
+
+
+def test_an_imu_inside_another_message_suits_the_tilt() -> None:
+    within = [
+        each._replace(path=re.sub(r"(angular|linear)_", r"imu.\1_", each.path)) for each in imu()
+    ]
+    (found,) = advised(within)
+    assert found.s1.path == "imu.angular_velocity.x"
+    assert found.s2.path == "roll(imu.linear_acceleration)"
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_speed_in_another_unit_needs_its_scale(sign: float) -> None:
+    wheels = field("/wheels", "linear.x", "", sign * 3.6 * walk(1))
+    (found,) = advised([wheels, field("/vel", "twist.linear.x", "m/s", walk(1), 10)])
+    assert found.additions == [f"s1.scale: {sign / 3.6:.7g}"]
+
+
+@pytest.mark.parametrize(("sign", "presets"), [(1.0, ["temperature"]), (-1.0, [])])
+def test_thermometers_that_move_in_opposite_directions_do_not_suit(
+    sign: float, presets: list[str]
+) -> None:
+    found = advised(
+        [
+            field("/quick", "temperature", "degC", sign * walk(1)),
+            field("/probe", "temperature", "degC", walk(1), 25),
+        ]
+    )
+    assert [each.job.preset for each in found] == presets
+
+
+@pytest.mark.parametrize("job", JOBS, ids=lambda job: f"{job.preset}, {job.kind.name}")
+def test_a_job_says_what_its_preset_says(job: Job) -> None:
+    s1, s2 = (getattr(parameters_from(PRESETS / f"{job.preset}.yaml"), each) for each in SENSORS)
+    assert re.search(job.s2, s2.field)
+    is_rate = job.kind is Kind.S1_RATE
+    assert job.sets_kind == ((s1.kind == "rate") == is_rate)
+    assert bool(re.search(job.s1, s1.field)) == job.sets_kind
+
+
+def test_every_preset_of_one_channel_has_a_job() -> None:
+    presets = {
+        path.stem for path in PRESETS.glob("*.yaml") if "channels:" not in path.read_text("utf-8")
+    }
+    assert presets == {job.preset for job in JOBS}
+
+
 def test_numbers_without_a_job_get_no_advice() -> None:
     assert advised([field("/a", "data", "", walk(1)), field("/b", "data", "", walk(1), 5)]) == []
 
 
 def test_what_is_said_of_a_preset() -> None:
     found = advised([*imu(-1.0), *gnss()])
-    text = advice_text(found)
+    text = advice_text(found, Path("config/presets"))
     assert max(map(len, text.splitlines())) <= 80
-    assert "heading.yaml with s1.scale: -1.0: correlation " in text
+    assert "heading.yaml with s1.scale: -1: correlation " in text
     for each in found:
-        assert shlex.join(shlex.split(each.options)) in " ".join(text.replace("\\", "").split())
+        assert advice_json(each)["options"] in " ".join(text.replace("\\", "").split())
+        assert f"  --params config/presets/{each.job.preset}.yaml --s1 " in text
     document = advice_json(found[0])
     assert document["preset"] == f"{found[0].job.preset}.yaml"
     assert document["correlation"] > 0.9

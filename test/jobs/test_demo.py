@@ -17,6 +17,7 @@ from bag.recorded import messages
 
 from fuzzy_fusion_ros.bag import BagWriter
 from fuzzy_fusion_ros.jobs import demo as module
+from fuzzy_fusion_ros.jobs import shared
 from fuzzy_fusion_ros.jobs.demo import DemoError, demo, real_bags, run_live
 from fuzzy_fusion_ros.parameters.errors import FusionError
 from fuzzy_fusion_ros.scoring.score import Score
@@ -150,7 +151,8 @@ def test_the_recordings_are_beside_the_sources_or_installed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert real_bags() == ROOT / "bags"
-    monkeypatch.setattr(module, "__file__", str(tmp_path / "a" / "b" / "demo.py"))
+    monkeypatch.setattr(shared, "__file__", str(tmp_path / "a" / "b" / "shared.py"))
+    monkeypatch.setattr(sys, "prefix", str(tmp_path / "python"))
     monkeypatch.setenv("AMENT_PREFIX_PATH", f"{tmp_path / 'none'}:{tmp_path / 'prefix'}")
     with pytest.raises(DemoError, match=r"bag 'car_accel' was not found in .*prefix/share"):
         real_bags()

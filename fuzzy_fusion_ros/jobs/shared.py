@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Files that come with the package: recordings and parameter files."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+PACKAGE = "fuzzy_fusion_ros"
+
+
+def shared_folders(name: str) -> list[Path]:
+    """Return where a folder of shared files may be, the first choice first.
+
+    That is beside the sources, else in ``share`` of a ROS installation or of Python's own prefix,
+    where pip puts it.
+
+    Args:
+        name: The folder in the sources: ``bags`` or ``config``.
+    """
+    prefixes = filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))
+    installed = [Path(prefix, "share", PACKAGE, name) for prefix in (*prefixes, sys.prefix)]
+    return [Path(__file__).parents[2] / name, *installed]
+
+
+def presets() -> Path:
+    """Return the folder of the presets, from the working directory if they are below it."""
+    folders = [each / "presets" for each in shared_folders("config")]
+    found = next((each for each in folders if each.is_dir()), folders[0])
+    here = Path.cwd()
+    return found.relative_to(here) if found.is_relative_to(here) else found
