@@ -13,6 +13,7 @@ from fuzzy_fusion_ros.checking import pair
 from fuzzy_fusion_ros.checking.clocks import Clocks, Stamped, judge_clocks
 from fuzzy_fusion_ros.checking.finding import Finding, Level
 from fuzzy_fusion_ros.checking.motion import Motion, halved, motion_of
+from fuzzy_fusion_ros.checking.publishers import judge_publishers
 from fuzzy_fusion_ros.checking.relation import MOST_POINTS, Kind, Relation, lag_of, relations
 from fuzzy_fusion_ros.checking.samples import SensorSamples, TwoSensors
 from fuzzy_fusion_ros.checking.stamps import ClockStep, deliveries, judge_stamps
@@ -151,7 +152,8 @@ def _judge(samples: SensorSamples, start_ns: int, period: float, *, is_known: bo
         huge = Finding(Level.ERROR, "samples", text, {}, "choose another topic or field")
         return _Judged(usable, (), usable.values, None, (huge, *timeline.findings))
     values = judge_values(dated, period, is_known=is_known)
-    findings = (*timeline.findings, *values.findings, *_gaps(samples, start_ns))
+    publishers = judge_publishers(usable, values.clean)
+    findings = (*timeline.findings, *values.findings, *publishers, *_gaps(samples, start_ns))
     character = _character(samples, usable, values)
     return _Judged(usable, timeline.steps, values.clean, character, findings)
 

@@ -23,6 +23,7 @@ class SensorSamples(NamedTuple):
         arrivals_ns: When they arrived or were recorded, shape (n,), nanoseconds.
         values: What was measured, NaN and infinities included, shape (n,).
         scale: What ``scale`` of the sensor is set to; it is part of the values.
+        frames: Each ``frame_id`` of some of its messages whenever it is not that of the one before.
     """
 
     name: str
@@ -35,6 +36,7 @@ class SensorSamples(NamedTuple):
     arrivals_ns: Stamps
     values: Reals
     scale: float = 1.0
+    frames: tuple[str, ...] = ()
 
     def kept(self, which: Flags) -> SensorSamples:
         """Return some of the samples, shape (n,) says which."""

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy_fusion_ros.bag.block import first
+from fuzzy_fusion_ros.bag.block import Block, first
 from fuzzy_fusion_ros.bag.reader import BagReader
 from fuzzy_fusion_ros.batch.arrays import seconds_since
 from fuzzy_fusion_ros.checking.check import Check, check
@@ -46,6 +46,12 @@ MOST_ELEMENTS = 64
 WARNED_MESSAGES = 100_000
 """Messages of S1 and S2 that are checked where a check is a by-product: some 0.5 s of work."""
 
+FRAMED = 16
+"""Messages of each topic in a block whose frame is looked at."""
+
+MOST_FRAMES = 100
+"""Changes of a frame that are kept."""
+
 FARTHEST_STAMP = 1.0
 """Where stamps are further than this many seconds from the log, a survey goes by the log."""
 
@@ -73,7 +79,8 @@ def check_bag(
         MessageError: A field is not in its type, or in none of its messages.
     """
     sources = _sensors(bag, topics, parameters, start_s)
-    raw = read_raw(bag, sources, start_s, end_s, progress)
+    frames = _Frames(sources)
+    raw = read_raw(bag, sources, start_s, end_s, lambda blocks: frames.seen_in(progress(blocks)))
     for name, source in sources.items():
         if raw[name].unreadable and not raw[name].values.size:
             _refuse(bag, source, start_s, end_s)
@@ -82,7 +89,7 @@ def check_bag(
             f"bag {str(bag.path)!r}: no message of {topics.s1} or {topics.s2} in this span can be "
             "read"
         )
-    return _checked(bag, sources, raw, parameters)
+    return _checked(bag, sources, raw, frames, parameters)
 
 
 def warnings_of(
@@ -109,8 +116,16 @@ def warnings_of(
         MessageError: A field is not in its type.
     """
     sources = _sensors(bag, topics.found_in(bag), parameters, start_s)
-    raw = read_raw(bag, sources, start_s, end_s, lambda blocks: first(blocks, WARNED_MESSAGES))
-    return tuple(f"WARN {each}" for each in warnings(_checked(bag, sources, raw, parameters)))
+    frames = _Frames(sources)
+    raw = read_raw(
+        bag,
+        sources,
+        start_s,
+        end_s,
+        lambda blocks: frames.seen_in(first(blocks, WARNED_MESSAGES)),
+    )
+    found = _checked(bag, sources, raw, frames, parameters)
+    return tuple(f"WARN {each}" for each in warnings(found))
 
 
 def _sensors(
@@ -127,10 +142,38 @@ def _checked(
     bag: BagReader,
     sources: Mapping[str, Source],
     raw: Mapping[str, RawSamples],
+    frames: _Frames,
     parameters: Parameters,
 ) -> Check:
-    s1, s2 = (_samples(name, sources[name], raw[name]) for name in SENSORS)
+    s1, s2 = (_samples(name, sources[name], raw[name], frames.of(name)) for name in SENSORS)
     return check(two_sensors(s1, s2, bag.start_ns or 0, parameters))
+
+
+class _Frames:
+    """The frames of the first messages of each block, looked at as the blocks go by."""
+
+    def __init__(self, sources: Mapping[str, Source]) -> None:
+        self._sources = sources
+        self._found: dict[str, list[str]] = {name: [] for name in sources}
+
+    def seen_in(self, blocks: Iterable[Block]) -> Iterator[Block]:
+        """Yield blocks, once looked at."""
+        for block in blocks:
+            for name, source in self._sources.items():
+                self._look(block.chosen(block.which(source.topic)[:FRAMED]), source, name)
+            yield block
+
+    def of(self, name: str) -> tuple[str, ...]:
+        """Return each frame of a sensor whenever it is not that of the message before."""
+        return tuple(self._found[name])
+
+    def _look(self, block: Block, source: Source, name: str) -> None:
+        found = self._found[name]
+        for message in block.messages():
+            if _reads(source.codec, message.data):
+                frame = source.codec.frame(message.data)
+                if found[-1:] != [frame] and len(found) < MOST_FRAMES:
+                    found.append(frame)
 
 
 def _refuse(bag: BagReader, source: Source, start_s: float | None, end_s: float | None) -> None:
@@ -142,7 +185,7 @@ def _refuse(bag: BagReader, source: Source, start_s: float | None, end_s: float 
             raise MessageError(f"topic {source.topic}: {error}") from None
 
 
-def _samples(name: str, source: Source, raw: RawSamples) -> SensorSamples:
+def _samples(name: str, source: Source, raw: RawSamples, frames: tuple[str, ...]) -> SensorSamples:
     codec = source.codec
     return SensorSamples(
         name=name,
@@ -155,6 +198,7 @@ def _samples(name: str, source: Source, raw: RawSamples) -> SensorSamples:
         arrivals_ns=raw.log_ns,
         values=raw.values,
         scale=codec.scale,
+        frames=frames,
     )
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bag.making import STORE
+from bag.making import POINT, STORE
 from bag.recorded import Scalar, at, message, write_scalars
 
 from fuzzy_fusion_ros.bag import BagWriter, open_bag
@@ -109,6 +109,28 @@ def write_joints(path: Path, elements: int, empty: range = range(0)) -> None:
             if k % 5 == 0 and k >= 15:
                 value = 57.3 * float(walks[min(3, elements - 1)][k - 15])
                 writer.write(*message(Scalar("/angle", 0.02 * k, value)))
+
+
+@pytest.mark.parametrize(("every", "is_named"), [(2, True), (7, True), (1000, False)])
+def test_frames_of_two_publishers_on_one_topic_are_named(
+    tmp_path: Path, every: int, is_named: bool
+) -> None:
+    point, header = STORE.types[POINT], STORE.types["std_msgs/msg/Header"]
+    time, vector = (
+        STORE.types["builtin_interfaces/msg/Time"],
+        STORE.types["geometry_msgs/msg/Point"],
+    )
+    with BagWriter(tmp_path / "bag") as writer:
+        for k, each in enumerate(scalars()):
+            frame = "left" if k // every % 2 and each.topic == "/s1" else "right_side"
+            stamp = time(*divmod(at(each.time_s), 10**9))
+            data = point(header(stamp, frame), vector(each.value, 0.0, 0.0))
+            log_ns = at(each.time_s if each.log_s is None else each.log_s)
+            writer.write(each.topic, POINT, log_ns, bytes(STORE.serialize_cdr(data, POINT)))
+    findings = checked(tmp_path / "bag").findings
+    assert [each.about for each in findings] == ["publishers"] * is_named
+    with open_bag(tmp_path / "bag") as bag:
+        assert len(warnings_of(bag, Topics(), Parameters())) == is_named
 
 
 JOINT = Topics("/joints", "/angle", fields={"s1": "position[3]"})
