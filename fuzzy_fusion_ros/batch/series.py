@@ -73,6 +73,14 @@ class Series(NamedTuple):
     s2_alone: Stamps = NOWHERE
     started_ns: int = 0
 
+    def contiguous(self) -> Series:
+        """Return the same samples as compiled loops take them, which are compiled for one layout.
+
+        Arrays that are writable and contiguous already are not copied.
+        """
+        arrays = (np.require(each, requirements=["C", "W"]) for each in self[:-1])
+        return Series._make([*arrays, self.started_ns])
+
     def at_s1(self) -> Series:
         """Return the same samples with estimates at samples of S1 only."""
         return self._replace(s2_alone=NOWHERE)
@@ -221,7 +229,8 @@ def advanced(
     trace = empty_trace(-(-(series.s1.size + series.s2_alone.size - first) // every))
     if method.compiles and compiles:
         loop = compiled(_run, **_bindings(method))
-        state = loop(method.parameters, taken_by(loop, method.state), series, trace, first, every)
+        state = taken_by(loop, method.state)
+        state = loop(method.parameters, state, series.contiguous(), trace, first, every)
         return trace, given_back(state, method.state)
     if method.compiles:
         _INTERPRETED_S[method.update] += method.step_s * series.s1.size
@@ -293,7 +302,7 @@ def values(method: Method, series: Series) -> Reals:
     found = np.zeros(series.s1.size)
     if method.compiles:
         loop = compiled(_values, observe_s2=method.observe_s2, update=method.update)
-        loop(method.parameters, taken_by(loop, method.state), series.at_s1(), found)
+        loop(method.parameters, taken_by(loop, method.state), series.at_s1().contiguous(), found)
         return found
     return run(method, series.at_s1()).value
 

@@ -55,7 +55,7 @@ def outputs(parameters: Parameters, series: Series) -> Output:
     """Run the estimator without its predictor over a series."""
     n, m = series.s1.size, series.s2.size
     output = Output(np.empty(n), np.empty(n), np.empty(n), np.full(m, np.nan), np.full(m, np.nan))
-    compiled(_outputs)(numbers(parameters), no_sensors(), series, output)
+    compiled(_outputs)(numbers(parameters), no_sensors(), series.contiguous(), output)
     return output
 
 

@@ -263,3 +263,16 @@ def test_strengths_of_a_trace_sum_to_one_where_sensors_are_fused() -> None:
     assert set(trace.mode.tolist()) == {FUSED}
     for strengths in trace.strengths.tolist():
         assert math.fsum(strengths) == pytest.approx(1.0, rel=1e-15)
+
+
+def test_arrays_of_any_layout_are_compiled_for_once() -> None:
+    """As slices of arrays are, and those that may not be written."""
+    recorded = series_of(signals.irregular(100, seed=5))
+    method = constant_weight(ConstantWeightParameters())
+    before = bits(run(method, recorded))
+    loop = series.compiled(series._run, **series._bindings(method))
+    known = len(loop.signatures)
+    twice = np.repeat(recorded.s1_ns, 2)[::2]
+    twice.setflags(write=False)
+    assert bits(run(method, recorded._replace(s1_ns=twice))) == before
+    assert len(loop.signatures) == known
