@@ -9,9 +9,9 @@ import numpy as np
 
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, methods
 from fuzzy_fusion_ros.batch.compiled import can_compile
-from fuzzy_fusion_ros.batch.series import Method, Series, fusion, run, values
+from fuzzy_fusion_ros.batch.series import Series, fusion, interval_after, run, values
 from fuzzy_fusion_ros.batch.smoothing import lagged, smoothed
-from fuzzy_fusion_ros.paper.kalman import plant_kalman
+from fuzzy_fusion_ros.paper.methods import contenders
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.simulation.closed_loop import simulate
 from fuzzy_fusion_ros.simulation.scenario import Scenario
@@ -19,6 +19,8 @@ from fuzzy_fusion_ros.tuning.kernel import outputs
 
 STAMPS = np.arange(1, 9, dtype=np.int64) * 10**7
 SERIES = Series(STAMPS, np.zeros(8), STAMPS, np.zeros(8), np.arange(1, 9))
+BALANCED = ("kalman", "average", "complementary")
+"""What balances the pendulum in ``reproduce``, besides the fusion, each by other functions."""
 
 
 def main() -> None:
@@ -28,16 +30,18 @@ def main() -> None:
     """
     if can_compile():
         with ProcessPoolExecutor() as processes:
-            shared = processes.submit(_fusion)
-            jobs = [processes.submit(_plant), processes.submit(_smoother)]
+            shared = processes.submit(_run)
+            jobs = [processes.submit(_balance, name) for name in BALANCED]
             jobs += [processes.submit(_baseline, name) for name in BASELINES]
+            jobs.append(processes.submit(_smoother))
             shared.result()
-            jobs += [processes.submit(_loop), processes.submit(_outputs)]
+            jobs.append(processes.submit(_balance, "aggregator"))
+            jobs += [processes.submit(each) for each in (_outputs, _values)]
             for job in jobs:
                 job.result()
 
 
-def _fusion() -> None:
+def _run() -> None:
     run(fusion(Parameters()), SERIES)
 
 
@@ -45,17 +49,14 @@ def _outputs() -> None:
     outputs(Parameters(), SERIES)
 
 
-def _loop() -> None:
-    _balance(fusion(Parameters()))
-
-
-def _plant() -> None:
-    _balance(plant_kalman(Scenario()))
+def _values() -> None:
+    values(fusion(Parameters()), SERIES)
 
 
 def _smoother() -> None:
     smoothed(np.arange(8.0), SERIES.s1, 1.0)
     lagged(np.arange(8.0), SERIES.s1, 1.0)
+    interval_after(0.0, 0, STAMPS, compiles=True)
 
 
 def _baseline(name: str) -> None:
@@ -64,8 +65,9 @@ def _baseline(name: str) -> None:
     values(method, SERIES)
 
 
-def _balance(method: Method) -> None:
-    simulate(method, Scenario(), np.random.default_rng(0))
+def _balance(name: str) -> None:
+    by_name = {each.name: each.method for each in contenders(Parameters())}
+    simulate(by_name[name], Scenario(), np.random.default_rng(0))
 
 
 if __name__ == "__main__":

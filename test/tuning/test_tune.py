@@ -58,6 +58,7 @@ from fuzzy_fusion_ros.tuning.tune import (
 )
 
 SENSORS = Sensors(bias=0.4, noise=0.1, delay=0.2)
+GIVEN = replace(Parameters(), {"qos": "reliable", "s2.field": "point.x", "rate": 50.0})
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +84,7 @@ def patch() -> Iterator[pytest.MonkeyPatch]:
 @pytest.fixture(scope="module")
 def tuned(recording: Made, patch: pytest.MonkeyPatch) -> Tuned:
     """A fit to the truth."""
-    return tune(recording.series, recording.truth, threads=2)
+    return tune(recording.series, recording.truth, GIVEN, threads=2)
 
 
 def rmse(values: Reals, recording: Made) -> float:
@@ -125,17 +126,20 @@ def test_without_a_truth_too(recording: Made, unseen: Made, patch: pytest.Monkey
 
 
 def test_it_repeats_itself_whatever_the_threads(tuned: Tuned, recording: Made) -> None:
-    again = tune(recording.series, recording.truth, threads=1)
+    again = tune(recording.series, recording.truth, GIVEN, threads=1)
     assert again.parameters == tuned.parameters
     assert again.baselines == tuned.baselines
     assert as_json(again, "") == as_json(tuned, "")
-    other = tune(recording.series, recording.truth, seed=1)
+
+
+@pytest.mark.slow("another fit")
+def test_another_seed_leads_elsewhere(tuned: Tuned, recording: Made) -> None:
+    other = tune(recording.series, recording.truth, GIVEN, seed=1)
     assert other.parameters != tuned.parameters
 
 
-def test_the_rest_of_the_parameters_stays(recording: Made, patch: pytest.MonkeyPatch) -> None:
-    given = replace(Parameters(), {"qos": "reliable", "s2.field": "point.x", "rate": 50.0})
-    after = flatten(tune(recording.series, recording.truth, given).parameters)
+def test_the_rest_of_the_parameters_stays(tuned: Tuned) -> None:
+    after = flatten(tuned.parameters)
     assert (after["qos"], after["s2.field"], after["rate"]) == ("reliable", "point.x", 50.0)
 
 
@@ -163,7 +167,9 @@ def test_a_slow_process_is_tuned_and_beats_the_better_sensor(patch: pytest.Monke
     assert "S1: one sample in 3 s" in "\n".join(comments(result, "K", "a bag"))
 
 
-@pytest.mark.parametrize("scale", [1e-4, 1e5])
+@pytest.mark.parametrize(
+    "scale", [1e-4, pytest.param(1e5, marks=pytest.mark.slow("the other way"))]
+)
 def test_any_scale_of_time_and_signal_is_tuned(scale: float, patch: pytest.MonkeyPatch) -> None:
     series, truth = made(SENSORS)
 
@@ -460,6 +466,7 @@ def test_one_fit_serves_two_recordings_of_the_same_sensors(
     assert ours < 1.5 * max(each.error for each in tuned.recordings)
 
 
+@pytest.mark.slow("another fit to two recordings")
 def test_the_same_recording_twice_is_fitted_as_once(
     recording: Made, tuned: Tuned, patch: pytest.MonkeyPatch
 ) -> None:
