@@ -28,6 +28,7 @@ from fuzzy_fusion_ros.core.estimator import (
     without_s1,
 )
 from fuzzy_fusion_ros.core.numerics import seconds_between
+from fuzzy_fusion_ros.core.observer import observes
 from fuzzy_fusion_ros.core.silence import followed
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import numbers
@@ -36,9 +37,11 @@ from fuzzy_fusion_ros.self_tuning import estimator_for
 State = Any
 """State of a method; each method has its own type."""
 
-_AGGREGATOR_S, _COMPLETE_S, _COMPILING_S = 1.5e-5, 1e-4, 20.0
-"""CPU time of a step of the fusion, without and with the predictor, and of compiling its loop,
-seconds: about, as the next."""
+_AGGREGATOR_S, _OBSERVER_S, _PREDICTOR_S = 1.5e-5, 3e-5, 8e-5
+"""CPU time of a part of the fusion in an interpreted step, seconds: about, as the next."""
+
+_COMPILING_S = 20.0
+"""CPU time of compiling a loop over the fusion, seconds."""
 
 _IMPORTING_S, _LOADING_S = 1.0, 0.04
 """CPU time to import numba, and to load a loop that an earlier process has compiled, seconds."""
@@ -183,6 +186,7 @@ def fusion(parameters: Parameters, started_ns: int = 0) -> Method:
         started_ns: As in :class:`Series`.
     """
     own = estimator_for(parameters)
+    learning_s = _OBSERVER_S * observes(parameters) + _PREDICTOR_S * parameters.predictor.enabled
     given = parameters if parameters.self_tuning else numbers(parameters)
     state = own.initial_state(parameters)._replace(started_ns=started_ns)
     return Method(
@@ -192,7 +196,7 @@ def fusion(parameters: Parameters, started_ns: int = 0) -> Method:
         given,
         state,
         compiles=not parameters.self_tuning,
-        step_s=_COMPLETE_S if parameters.predictor.enabled else _AGGREGATOR_S,
+        step_s=_AGGREGATOR_S + learning_s,
         compiling_s=_COMPILING_S,
     )
 
