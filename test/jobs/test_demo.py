@@ -72,7 +72,7 @@ def live(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def quick(
     live: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Let the live run be the one that was recorded, and the drive no longer than it."""
+    """Let the live run be the recorded one, the drive no longer than it, and nothing be drawn."""
 
     def copy(output: Path, *_: object) -> None:
         shutil.copytree(live, output, dirs_exist_ok=True)
@@ -83,6 +83,7 @@ def quick(
     whole: Callable[..., Score] = module.score
     monkeypatch.setattr(module, "run_live", copy)
     monkeypatch.setattr(module, "score", score)
+    monkeypatch.setattr(module, "_plot", lambda *_: None)
 
 
 @pytest.mark.slow("two more live runs")
