@@ -169,12 +169,12 @@ def sureness(method: Method, made: Made, where: Flags) -> list[float]:
         where: The samples that count.
 
     Returns:
-        The three, or nothing where the method does not know its standard deviation.
+        The three, NaN where the method does not know its standard deviation.
     """
     trace = run(method, made.series)
     where = where & (trace.standard_deviation > 0.0)
     if not where.any():
-        return []
+        return [np.nan] * len(SURENESS)
     matched = Matched(
         seconds(made.series)[0][where],
         trace.value[where],
@@ -266,9 +266,9 @@ def sureness_table(rows: list[dict[str, Any]]) -> list[str]:
         "|---|---|---|---|---|---|---|",
     ]
     for row in rows:
-        known = {name: each for name, each in row["sureness"].items() if each}
+        known = dict(row["sureness"])
         within_1, within_2, ours = known.pop("ours")
-        best = min(known, key=lambda name: known[name][2])
+        best = min(known, key=lambda name: np.nan_to_num(known[name][2], nan=np.inf))
         lines.append(
             f"| {row['kind']} | {'yes' if row['truth'] else 'no'} | {within_1:.2f} | "
             f"{within_2:.2f} | {-ours:.2f} | {-known['kalman_bias'][2]:.2f} | "
