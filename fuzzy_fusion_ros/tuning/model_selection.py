@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cross-validation of the candidates, as a guard against over-fitting.
 
-Chosen is the whole fusion unless something simpler does clearly better on parts of the recording
-that it was not fitted to, or as well with one sensor alone: a part left out often lacks what the
-rules and the slope are for, so it says little in favour of going without them. The parts are four
-blocks, or of several recordings each one.
+Chosen is the simplest candidate that does about as well as the best on parts of the recording that
+it was not fitted to. The parts are four blocks, or of several recordings each one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -40,8 +38,12 @@ BLOCKS = 4
 MOST_FOLDS = 8
 """Each part is left out of one fit; of more recordings than this, every eighth at a time."""
 
-CLEARLY_BETTER = 0.85
-"""A simpler candidate is chosen if its error on unseen blocks is at most this share."""
+AS_GOOD = 1.1
+"""A simpler candidate is chosen if its error on unseen parts is at most this factor larger, as four
+parts do not tell it more precisely; without a truth, the surprise counts in place of the error."""
+
+OBSERVERS = ("bias", "slope", "full")
+"""Candidates that learn S1's bias, the simplest first."""
 
 S1_PAYS = 0.8
 """Without a truth, S1 must lower the surprise to this of what S2 alone predicts of itself, unless
@@ -50,9 +52,6 @@ its changes explain those of S2."""
 ENOUGH_S2 = 50
 """With fewer samples of S2, too few to fit rules to, ``bias`` is chosen unless a sensor alone is no
 worse; its time constant is not shortened, and without a truth the outcome has a warning."""
-
-RULES_PAY = 0.95
-"""Without a truth, the rules must lower the surprise to this share."""
 
 
 class FittedCandidate(NamedTuple):
@@ -159,24 +158,33 @@ def chosen(
         related: Whether changes of S1 explain those of S2.
     """
     named = {each.name: each for each in candidates}
-    bias, slope, full = named["bias"], named["slope"], named["full"]
-    is_short = s2_samples < ENOUGH_S2
-    best = bias if is_short else full
+    fusing = [named[each] for each in (*OBSERVERS, "aggregator")]
+    if s2_samples < ENOUGH_S2:
+        fusing = fusing[:1]
     if not with_truth:
-        if best is full and full.surprise > RULES_PAY * slope.surprise:
-            best = slope
+        best = _simplest(fusing[:3], _surprise)
         if not related and best.surprise > S1_PAYS * named["s2"].surprise:
             return named["s2"]
-        return named["s1"] if RULES_PAY * named["s1"].surprise <= best.surprise else best
-    simpler = min((bias, slope, named["aggregator"]), key=_unseen)
-    if not is_short and simpler.unseen <= CLEARLY_BETTER * best.unseen:
-        best = simpler
+        return _simplest([named["s1"], best], _surprise)
+    best = _simplest(fusing, _unseen)
     sensor = min((named["s2"], named["s1"]), key=_unseen)
     return sensor if sensor.unseen <= best.unseen + TINY else best
 
 
+def _simplest(
+    candidates: Sequence[FittedCandidate], size: Callable[[FittedCandidate], float]
+) -> FittedCandidate:
+    """Return the first candidate that is as good as the best of them."""
+    most = AS_GOOD * min(map(size, candidates))
+    return next(each for each in candidates if size(each) <= most)
+
+
 def _unseen(candidate: FittedCandidate) -> float:
     return candidate.unseen
+
+
+def _surprise(candidate: FittedCandidate) -> float:
+    return candidate.surprise
 
 
 def parts_of(problem: Problem) -> Stamps:

@@ -379,10 +379,12 @@ GOOD = {"s2": 2.0, "s1": 2.0, "aggregator": 1.5, "bias": 1.0, "slope": 1.0, "ful
 @pytest.mark.parametrize(
     ("errors", "s2_samples", "name"),
     [
-        ({}, 100, "full"),
-        ({"full": 1.17}, 100, "full"),  # the parts left out say little against the rules
-        ({"full": 1.18}, 100, "bias"),
-        ({"full": 2.0, "slope": 0.9}, 100, "slope"),
+        ({}, 100, "bias"),
+        ({"full": 0.92}, 100, "bias"),
+        ({"full": 0.9}, 100, "full"),
+        ({"full": 0.9, "slope": 0.94}, 100, "slope"),
+        ({"full": 0.8, "slope": 0.9}, 100, "full"),
+        ({"aggregator": 0.92}, 100, "bias"),
         ({"aggregator": 0.8}, 100, "aggregator"),
         ({}, 49, "bias"),
         ({"aggregator": 0.1, "slope": 0.1, "full": 0.1}, 49, "bias"),
@@ -390,7 +392,7 @@ GOOD = {"s2": 2.0, "s1": 2.0, "aggregator": 1.5, "bias": 1.0, "slope": 1.0, "ful
         ({"s2": 0.9, "s1": 1.0}, 100, "s2"),
     ],
 )
-def test_the_whole_is_chosen_unless_less_is_clearly_better(
+def test_the_simplest_is_chosen_of_those_that_are_about_as_good(
     errors: dict[str, float], s2_samples: int, name: str
 ) -> None:
     candidates = [candidate(*each) for each in {**GOOD, **errors}.items()]
@@ -398,10 +400,10 @@ def test_the_whole_is_chosen_unless_less_is_clearly_better(
 
 
 def test_without_a_truth_the_rules_have_to_predict_s2_better() -> None:
-    alone = [candidate(each, GOOD[each], 2.0) for each in ("s2", "s1", "aggregator", "bias")]
-    for surprise, name in ((0.96, "slope"), (0.94, "full")):
+    rest = [candidate(each, GOOD[each], 2.0) for each in ("s2", "s1", "aggregator", "bias")]
+    for surprise, name in ((0.92, "slope"), (0.9, "full")):
         both = [candidate("slope", 1.0, 1.0), candidate("full", 1.0, surprise)]
-        assert chosen([*alone, *both], 100, with_truth=False).name == name
+        assert chosen([*rest, *both], 100, with_truth=False).name == name
 
 
 @pytest.mark.parametrize(
@@ -410,7 +412,7 @@ def test_without_a_truth_the_rules_have_to_predict_s2_better() -> None:
         (2.0, 2.0, False, "full"),
         (2.0, 1.0, False, "s2"),  # S2 foretells itself as well
         (2.0, 1.0, True, "full"),
-        (0.89, 2.0, True, "s1"),  # S1 as it is, too
+        (0.84, 2.0, True, "s1"),  # S1 as it is, too
     ],
 )
 def test_without_a_truth_a_sensor_alone_is_chosen_by_how_it_foretells_s2(
@@ -418,7 +420,7 @@ def test_without_a_truth_a_sensor_alone_is_chosen_by_how_it_foretells_s2(
 ) -> None:
     sensors = [candidate("s2", 0.0, s2), candidate("s1", 0.0, s1), candidate("aggregator", 0.0)]
     rest = [candidate(each, 1.0, 0.9) for each in ("bias", "slope")]
-    full = candidate("full", 1.0, 0.85)
+    full = candidate("full", 1.0, 0.81)
     assert chosen([*sensors, *rest, full], 100, False, related).name == name
 
 
