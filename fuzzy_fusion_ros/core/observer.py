@@ -399,14 +399,17 @@ def variance_at(parameters: Parameters, kept: Belief, interval: float, stamp_ns:
 
 
 def prior(parameters: Parameters) -> Covariance:
-    """Return the covariance before S2 has spoken: ``bias_prior`` over S2's noise, squared.
+    """Return the covariance before S2 has spoken: both priors over S2's noise, squared.
 
-    Where either is 0, nothing is known of the bias and the first sample of S2 sets it.
+    Where ``bias_prior`` or S2's noise is 0, nothing is known of the bias and the first sample of S2
+    sets it. The slope starts from 0, and stays there unless it is learnt.
     """
-    known = parameters.s1.bias_prior > 0.0 and parameters.s2.noise > 0.0
-    ratio = parameters.s1.bias_prior / parameters.s2.noise if known else UNKNOWN
-    ratio = min(ratio, UNKNOWN)
-    return of_bias(ratio * ratio, 0.0, 0.0)
+    s1, noise = parameters.s1, parameters.s2.noise
+    ratio, turn = UNKNOWN, 0.0
+    if noise > 0.0:
+        ratio = min(s1.bias_prior / noise, UNKNOWN) if s1.bias_prior > 0.0 else UNKNOWN
+        turn = min(s1.drift_prior / noise, UNKNOWN) if s1.drift_time_constant > 0.0 else 0.0
+    return of_bias(ratio * ratio, 0.0, turn * turn)
 
 
 def walked(

@@ -200,6 +200,11 @@ class FastSensorParameters(SensorParameters):
     drift_time_constant: float = real(
         0.0, "time constant for learning the slope of S1's bias; 0: no slope", unit="s"
     )
+    drift_prior: float = real(
+        0.0,
+        "standard deviation of the slope of S1's bias before the first S2; 0: it starts from 0",
+        unit="signal/s",
+    )
 
 
 @dataclass(frozen=True)

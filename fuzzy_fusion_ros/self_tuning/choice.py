@@ -31,6 +31,7 @@ FIRST: Mapping[str, float] = {
     "s1.bias_time_constant": AT_ONCE,
     "s1.bias_prior": 0.0,
     "s1.drift_time_constant": 0.0,
+    "s1.drift_prior": 0.0,
     "s2.noise": 0.0,
     "s2.lag_time_constant": 0.0,
     "s2.delay": 0.0,

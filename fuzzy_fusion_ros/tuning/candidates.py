@@ -107,7 +107,8 @@ def _aggregator(sensors: Characteristics, lost: float, with_truth: bool) -> FitS
 def _observer(name: str, sensors: Characteristics, lost: float, with_truth: bool) -> FitSpec:
     """Return what a fit of the observer moves: without rules, S2 counts as its noise says."""
     has_slope, has_rules = name != "bias", name == "full"
-    axes = bias_axes(sensors)
+    usual = usual_bias_time(sensors, has_slope)
+    axes = bias_axes(sensors, usual)
     axes += slope_axes(sensors) if has_slope else []
     axes += rule_axes(sensors) if has_rules else []
     fixed = {
@@ -121,7 +122,6 @@ def _observer(name: str, sensors: Characteristics, lost: float, with_truth: bool
         "s2.timeout": lost,
     }
     bias, drift = "s1.bias_time_constant", "s1.drift_time_constant"
-    usual = usual_bias_time(sensors)
     starts: Sequence[Mapping[str, float]] = (
         {},
         {
@@ -167,6 +167,7 @@ _OFF = {
     "s1.bias_time_constant": 0.0,
     "s1.bias_prior": 0.0,
     "s1.drift_time_constant": 0.0,
+    "s1.drift_prior": 0.0,
     "s2.noise": 0.0,
     "s2.lag_time_constant": 0.0,
     "s2.delay": 0.0,

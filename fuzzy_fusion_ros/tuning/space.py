@@ -214,11 +214,15 @@ def aggregator_axes(sensors: Characteristics) -> list[Axis]:
     ]
 
 
-def bias_axes(sensors: Characteristics) -> list[Axis]:
+def bias_axes(sensors: Characteristics, bias_time: float) -> list[Axis]:
     """Return the axes of S1's low-pass, spikes and bias, and of S2's lag.
 
     Each is drawn towards what the sensors are like: S2's lag as measured, the more so the surer
     that is; a bias that walks as far as S1 was seen to.
+
+    Args:
+        sensors: What the sensors are like.
+        bias_time: As from :func:`usual_bias_time`, seconds.
     """
     shortest = 0.1 * sensors.s1_interval
     found = trusted(sensors)
@@ -248,7 +252,7 @@ def bias_axes(sensors: Characteristics) -> list[Axis]:
             max(found.delay, 0.05 * lag),
             pull=sure / 2.0,
         ),
-        _around("s1.bias_time_constant", usual_bias_time(sensors), 1e-3, 1e3, 0.0025),
+        _around("s1.bias_time_constant", bias_time, 1e-3, 1e3, 0.0025),
         _around("s1.bias_prior", wander, 0.01, 100.0, 0.01),
     ]
     if sensors.has_spikes:
@@ -270,8 +274,11 @@ def trusted(sensors: Characteristics) -> Lag:
 
 
 def slope_axes(sensors: Characteristics) -> list[Axis]:
-    """Return the axis of the slope of S1's bias."""
-    return [_around("s1.drift_time_constant", 3.0 * sensors.span, 1e-4, 1e4, 0.005)]
+    """Return the axes of the slope of S1's bias: how it changes, and how far it may be from 0."""
+    return [
+        _around("s1.drift_time_constant", 3.0 * sensors.span, 1e-4, 1e4, 0.005),
+        _around("s1.drift_prior", usual_slope(sensors), 0.01, 100.0, 0.01),
+    ]
 
 
 def rule_axes(sensors: Characteristics) -> list[Axis]:
@@ -293,9 +300,21 @@ def bias_wander(sensors: Characteristics) -> float:
     return max(sensors.wander, sensors.s2_noise)
 
 
-def usual_bias_time(sensors: Characteristics) -> float:
-    """Return the time constant of a bias that walks as far as S1's was seen to, seconds."""
-    walk = max(abs(sensors.drift), bias_wander(sensors) / math.sqrt(sensors.span))
+def usual_slope(sensors: Characteristics) -> float:
+    """Return how steeply S1's bias was seen to drift, no less than its scatter could hide."""
+    return max(abs(sensors.drift), bias_wander(sensors) / sensors.span)
+
+
+def usual_bias_time(sensors: Characteristics, has_slope: bool) -> float:
+    """Return the time constant of a bias that walks as far as S1's was seen to, seconds.
+
+    Args:
+        sensors: What the sensors are like.
+        has_slope: Whether a steady drift is a slope of its own and no part of the walk.
+    """
+    walk = bias_wander(sensors) / math.sqrt(sensors.span)
+    if not has_slope:
+        walk = max(walk, abs(sensors.drift))
     return sensors.s2_noise * math.sqrt(sensors.s2_interval) / walk
 
 

@@ -384,7 +384,8 @@ def simplified(problem: Problem, parameters: Parameters) -> Parameters:
     for changes in (
         {"s1.spike_threshold": 0.0},
         {"s1.lowpass_time_constant": 0.0},
-        {"s1.drift_time_constant": 0.0},
+        {"s1.drift_time_constant": 0.0, "s1.drift_prior": 0.0},
+        {"s1.drift_prior": 0.0},
         {"s2.delay": 0.0},
         {"s2.lag_time_constant": 0.0},
         {"aggregator.drift.large": 0.0},

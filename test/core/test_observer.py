@@ -81,6 +81,7 @@ EVERYTHING = replace(
         "s1.bias_time_constant": 0.5,
         "s1.bias_prior": 0.2,
         "s1.drift_time_constant": 3.0,
+        "s1.drift_prior": 0.1,
         "s2.noise": 0.02,
         "s2.lag_time_constant": 0.07,
         "s2.delay": 0.03,
@@ -91,7 +92,12 @@ EVERYTHING = replace(
 @pytest.mark.parametrize("recording", [signals.regular(400), signals.irregular(400)])
 @pytest.mark.parametrize(
     "changes",
-    [{}, {"s2.lag_time_constant": 0.0, "s2.delay": 0.0}, {"s1.drift_time_constant": 0.0}],
+    [
+        {},
+        {"s2.lag_time_constant": 0.0, "s2.delay": 0.0},
+        {"s1.drift_time_constant": 0.0},
+        {"s1.drift_prior": 0.0},
+    ],
 )
 def test_it_is_the_reference_s(recording: signals.Recording, changes: dict[str, float]) -> None:
     parameters = replace(EVERYTHING, changes)
@@ -147,6 +153,16 @@ def test_the_prior_holds_a_first_sample_that_is_far_off() -> None:
     assert said.value == pytest.approx(1.7)
     (said,), _ = fed(replace(parameters, {"s1.bias_prior": 0.01}), [0.0], [3.4])
     assert said.value == pytest.approx(3.4 / 101.0)
+
+
+def test_a_slope_that_was_expected_is_known_after_a_few_samples() -> None:
+    """A gyro's bias, integrated: without a prior only fast learning would find it soon."""
+    slow = replace(LEARNING, {"s1.bias_time_constant": 100.0, "s1.drift_time_constant": 1000.0})
+    drifting = (0.5 * np.arange(300) * 0.01).tolist()
+    for prior, at_most in ((0.0, math.inf), (0.5, 0.02)):
+        said, state = fed(replace(slow, {"s1.drift_prior": prior}), drifting, [0.0] * 300)
+        assert (abs(said[-1].value) < 0.02) == (prior > 0.0)
+        assert abs(state.sensors.belief.states.slope - 0.5) < at_most
 
 
 @pytest.mark.parametrize(("lag", "delay"), [(0.3, 0.0), (0.0, 0.2), (0.3, 0.2)])

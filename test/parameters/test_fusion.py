@@ -37,7 +37,7 @@ PINNED = """
     predictor.enabled predictor.samples predictor.rules predictor.learning_rate
     predictor.error_threshold predictor.max_iterations
     gate.tolerance s1.lowpass_time_constant s1.bias_time_constant s1.bias_prior
-    s1.drift_time_constant s2.noise
+    s1.drift_time_constant s1.drift_prior s2.noise
 """
 
 

@@ -30,6 +30,8 @@ def observed(parameters: Parameters, s1: Samples, s2: Samples, known: Sequence[i
     past: list[tuple[int, float]] = []  # S1 behind the lag
     full = np.array([1.0, 0.0, 1.0, 1.0])
     p = np.outer(full, full) * (parameters.s1.bias_prior / noise) ** 2
+    if parameters.s1.drift_time_constant > 0.0:
+        p[1, 1] = (parameters.s1.drift_prior / noise) ** 2
     rate = interval = held = 0.0
     held_ns = at_ns = 0
     said: list[float] = []

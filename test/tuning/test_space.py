@@ -21,7 +21,7 @@ from fuzzy_fusion_ros.tuning.baselines import attempts
 from fuzzy_fusion_ros.tuning.candidates import candidates_for
 from fuzzy_fusion_ros.tuning.characterise import Characteristics, characterise
 from fuzzy_fusion_ros.tuning.fit import Problem
-from fuzzy_fusion_ros.tuning.space import Axis, Space, space_of, very_large
+from fuzzy_fusion_ros.tuning.space import Axis, Space, space_of, usual_bias_time, very_large
 from fuzzy_fusion_ros.tuning.tune import rounded
 
 MICROSECOND, HOUR = 1e-6, 3600.0
@@ -164,3 +164,10 @@ def test_a_space_multiplies_shares_out() -> None:
     assert space.values(space.point({"aggregator.rate.small": 0.5})) == pytest.approx(
         {"s2.timeout": 7.0, "aggregator.rate.large": 10.0, "aggregator.rate.small": 5.0}
     )
+
+
+def test_a_steady_drift_is_no_walk_of_a_bias_with_a_slope() -> None:
+    drifting = characterise(made(Sensors(drift=0.5), seed=3).series)
+    steady = drifting._replace(drift=0.0)
+    assert usual_bias_time(drifting, has_slope=False) < usual_bias_time(steady, has_slope=False)
+    assert usual_bias_time(drifting, has_slope=True) == usual_bias_time(steady, has_slope=True)
