@@ -121,6 +121,10 @@ CONVERSIONS = (
 )
 
 
+FACTORS = [(each, to) for each in CONVERSIONS for to in (each.factor, 1.0 / each.factor)]
+"""The conversions either way, with the factor from S1 to S2."""
+
+
 class Relation(NamedTuple):
     """A hypothesis on how S2 follows from S1, with the lag and the scale that suit it best.
 
@@ -149,26 +153,13 @@ class Relation(NamedTuple):
         return math.sqrt(self.scale[0] * self.scale[1])
 
     @property
-    def is_scaled(self) -> bool:
-        """Whether the scale cannot be 1."""
-        return not self._allows(1.0)
-
-    @property
     def conversion(self) -> tuple[Conversion, float] | None:
         """The conversion of units that the scale may be, and the factor from S1 to S2."""
-        if not self.is_scaled:
+        if _allows(self.scale, 1.0, NEAR_ONE):
             return None
-        found = [
-            (each, factor)
-            for each in CONVERSIONS
-            for factor in (each.factor, 1.0 / each.factor)
-            if self._allows(factor, EXACT)
-        ]
+        found = [each for each in FACTORS if _allows(self.scale, each[1], EXACT)]
         middle = self.middle_scale
         return min(found, key=lambda each: abs(math.log(each[1] / middle)), default=None)
-
-    def _allows(self, factor: float, off: float = NEAR_ONE) -> bool:
-        return self.scale[0] / off <= factor <= self.scale[1] * off
 
 
 def relations(s1: Motion, s2: Motion, most_points: int = MOST_POINTS) -> list[Relation]:
@@ -340,26 +331,26 @@ class _Hypothesis(NamedTuple):
 
 
 def _hypotheses(grid: _Grid) -> list[_Hypothesis]:
-    s1, s2 = (grid.s1, grid.smoothing[0]), (grid.s2, grid.smoothing[1])
+    changes1, integrals1 = _transforms(grid, grid.s1, grid.smoothing[0])
+    changes2, integrals2 = _transforms(grid, grid.s2, grid.smoothing[1])
     return [
-        _Hypothesis(Kind.VALUE, _changes(grid, *s1), _changes(grid, *s2)),
-        _Hypothesis(Kind.S1_RATE, _integrals(grid, *s1), _changes(grid, *s2)),
-        _Hypothesis(Kind.S2_RATE, _changes(grid, *s1), _integrals(grid, *s2)),
+        _Hypothesis(Kind.VALUE, changes1, changes2),
+        _Hypothesis(Kind.S1_RATE, integrals1, changes2),
+        _Hypothesis(Kind.S2_RATE, changes1, integrals2),
     ]
 
 
-def _changes(grid: _Grid, values: Reals, smoothing: float) -> Spectrum:
-    return _transform(grid, np.diff(values), smoothing)
+def _transforms(grid: _Grid, values: Reals, smoothing: float) -> tuple[Spectrum, Spectrum]:
+    """Return the transforms of changes and of integrals from point to point."""
+    window = np.sinc(grid.frequency * smoothing) ** 2
+    integrals = 0.5 * grid.step * (values[1:] + values[:-1])
+    return window * _transform(grid, np.diff(values)), window * _transform(grid, integrals)
 
 
-def _integrals(grid: _Grid, values: Reals, smoothing: float) -> Spectrum:
-    return _transform(grid, 0.5 * grid.step * (values[1:] + values[:-1]), smoothing)
-
-
-def _transform(grid: _Grid, steps: Reals, smoothing: float) -> Spectrum:
+def _transform(grid: _Grid, steps: Reals) -> Spectrum:
     """Return the transform of what happens from point to point, without its mean or gaps."""
     kept = np.where(grid.usable, steps - steps[grid.usable].mean(), 0.0)
-    found: Spectrum = np.fft.rfft(kept, grid.size) * np.sinc(grid.frequency * smoothing) ** 2
+    found: Spectrum = np.fft.rfft(kept, grid.size)
     return found
 
 
@@ -430,6 +421,7 @@ def _best(grid: _Grid, hypothesis: _Hypothesis) -> list[Relation]:
         misfit = WEIGHT * np.log(unexplained)
         for sign in (1, -1):
             cost = np.where(sign * correlation > 0.0, misfit, NO_FIT) + lag_cost
+            cost += _kind_cost(hypothesis.kind, sign)
             limit = best[sign].relation.cost if sign in best else math.inf
             found = _cheapest(tried, sign, cost, sign * correlation, delay, limit)
             if found is not None:
@@ -445,7 +437,7 @@ def _cheapest(
     Args:
         tried: The hypothesis.
         sign: The sign.
-        cost: Of misfit and lag, shape (m, k).
+        cost: Of misfit, lag, kind and sign, shape (m, k).
         correlation: With that sign, shape (m, k).
         delay: Of S2, seconds, shape (m, k).
         limit: What it must cost less than.
@@ -456,22 +448,16 @@ def _cheapest(
     for m in np.argsort(cost[rows, lags], kind="stable"):
         k = lags[m]
         if cost[m, k] >= limit:
-            break  # no relation costs less than its lag and its misfit
+            break  # the scale can only add to it
         r, ratio = min(float(correlation[m, k]), 1.0), float(tried.ratios[m])
         if r <= LEAST_CORRELATION:
             continue
-        found = Relation(
-            kind=tried.kind,
-            sign=sign,
-            lag=float(delay[m, k]),
-            correlation=r,
-            scale=(r * ratio, ratio / r),
-            chance=math.nan,
-            cost=float(cost[m, k]),
-        )
-        found = found._replace(cost=found.cost + _oddity(found))
-        if found.cost < limit:
-            best, limit = _Best(found, tried.correlation[m]), found.cost
+        scale = (r * ratio, ratio / r)
+        total = float(cost[m, k]) + _scale_cost(scale)
+        if total < limit:
+            lag = float(delay[m, k])
+            found = Relation(tried.kind, sign, lag, r, scale, chance=math.nan, cost=total)
+            best, limit = _Best(found, tried.correlation[m]), total
     return best
 
 
@@ -525,14 +511,23 @@ def _usual_lag(grid: _Grid) -> float:
     return USUAL_LAG[0] + USUAL_LAG[1] * grid.slower
 
 
-def _oddity(relation: Relation) -> float:
-    """Return what a relation costs for what it is, however well it fits."""
-    cost = COSTS["negated"] if relation.sign < 0 else 0.0
-    if relation.kind is not Kind.VALUE:
-        cost += COSTS["s1 rate" if relation.kind is Kind.S1_RATE else "s2 rate"]
-    if relation.is_scaled:
-        cost += COSTS["known scale" if relation.conversion else "scale"]
-    return cost
+def _kind_cost(kind: Kind, sign: int) -> float:
+    """Return what a kind and a sign cost, however well they fit."""
+    rate = {Kind.VALUE: 0.0, Kind.S1_RATE: COSTS["s1 rate"], Kind.S2_RATE: COSTS["s2 rate"]}
+    return rate[kind] + (COSTS["negated"] if sign < 0 else 0.0)
+
+
+def _scale_cost(scale: tuple[float, float]) -> float:
+    """Return what a scale costs: nothing if it may be 1, less if it is one between units."""
+    if _allows(scale, 1.0, NEAR_ONE):
+        return 0.0
+    is_known = any(_allows(scale, factor, EXACT) for _, factor in FACTORS)
+    return COSTS["known scale" if is_known else "scale"]
+
+
+def _allows(scale: tuple[float, float], factor: float, off: float) -> bool:
+    """Return whether a scale may be a factor, or off by another one from it."""
+    return scale[0] / off <= factor <= scale[1] * off
 
 
 def _powers(spectra: Spectrum) -> Reals:
