@@ -149,7 +149,8 @@ def _judge(samples: SensorSamples, start_ns: int, period: float, *, is_known: bo
     largest = float(np.abs(usable.values).max())
     if largest > LARGEST:
         text = f"{samples.name} has values up to {largest:.3g}, whose squares overflow"
-        huge = Finding(Level.ERROR, "samples", text, {}, "choose another topic or field")
+        too_large = {"samples": float(np.count_nonzero(np.abs(usable.values) > LARGEST))}
+        huge = Finding(Level.ERROR, "overflow", text, too_large, "choose another topic or field")
         return _Judged(usable, (), usable.values, None, (huge, *timeline.findings))
     values = judge_values(dated, period, is_known=is_known)
     publishers = judge_publishers(usable, values.clean)

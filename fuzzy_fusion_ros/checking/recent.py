@@ -24,6 +24,7 @@ WORTH_REPEATING = frozenset(
     {
         "copy",
         "exchanged",
+        "overflow",
         "publishers",
         "rate",
         "same topic",

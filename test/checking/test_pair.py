@@ -366,6 +366,8 @@ def test_values_whose_squares_overflow_are_refused() -> None:
     (finding,) = found.findings
     assert finding.text.startswith("s1 has values up to ")
     assert finding.text.endswith("e+200, whose squares overflow")
+    assert finding.about == "overflow"
+    assert finding.evidence == {"samples": np.count_nonzero(np.abs(motion(T1)) > 1e-100)}
 
 
 def test_a_fix_multiplies_the_scale_that_is_set() -> None:

@@ -87,3 +87,19 @@ def wavy() -> list[Scalar]:
         for k in range(6)
         for each in swing(5.0)
     ]
+
+
+def test_values_whose_squares_overflow_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The estimate stays finite, and is of no use: score refuses to score it."""
+    monkeypatch.chdir(tmp_path)
+    huge = [Scalar("/s1", 4.0 + 0.01 * k, 1e200) for k in range(3)]
+    write_scalars(tmp_path / "bag", [*swing(4.0, estimate=False), *huge])
+    main, options = COMMANDS["replay"]
+    assert main(["bag", *options]) == 0
+    (said,) = (line for line in capsys.readouterr().err.splitlines() if "WARN" in line)
+    assert said.endswith(
+        "s1 has values up to 1e+200, whose squares overflow (samples 3); fix: choose another topic "
+        "or field"
+    )
