@@ -69,12 +69,13 @@ def main() -> None:
     kinds = [(name, seed) for name in chosen for seed in range(int(first), int(last or first) + 1)]
     cases = [(name, seed, standin(name, seed)) for name, seed in kinds]
     cases += [(name, 0, made) for name, made in recordings]
+    modes = (True,) if given.with_truth else (True, False)
     for name, seed, made in cases:
-        rows += [evaluated(name, seed, made, with_truth) for with_truth in (True, False)]
-        for row in rows[-2:]:
-            print(line(row), flush=True)
+        for with_truth in modes:
+            rows.append(evaluated(name, seed, made, with_truth))
+            print(line(rows[-1]), flush=True)
     for title in ("stand-ins", "hostile", "recordings"):
-        for with_truth in (True, False):
+        for with_truth in modes:
             these = [r for r in rows if title == group(r) and r["truth"] == with_truth]
             if these:
                 print(f"{title}, {'with' if with_truth else 'without'} truth: {summed(these)}")
@@ -308,6 +309,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--kinds", nargs="*", help="all unless given")
     parser.add_argument("--csv", nargs="*", type=Path, default=[], help="recordings instead")
     parser.add_argument("--bags", nargs="*", type=Path, default=[], help="bags with a truth")
+    parser.add_argument("--with-truth", action="store_true", help="not without it besides")
     parser.add_argument("--markdown", action="store_true", help="tables at the end")
     parser.add_argument("--json", metavar="FILE")
     return parser
