@@ -154,7 +154,14 @@ def _judge(samples: SensorSamples, start_ns: int, period: float, *, is_known: bo
         return _Judged(usable, (), usable.values, None, (huge, *timeline.findings))
     values = judge_values(dated, period, is_known=is_known)
     publishers = judge_publishers(usable, values.clean)
-    findings = (*timeline.findings, *values.findings, *publishers, *_gaps(samples, start_ns))
+    lacking = _lacking(samples)
+    findings = (
+        *timeline.findings,
+        *lacking,
+        *values.findings,
+        *publishers,
+        *_gaps(samples, start_ns),
+    )
     character = _character(samples, usable, values)
     return _Judged(usable, timeline.steps, values.clean, character, findings)
 
@@ -177,6 +184,17 @@ def _character(samples: SensorSamples, usable: SensorSamples, values: Values) ->
         repeated=float(np.mean(np.diff(usable.values) == 0.0)),
         spikes=values.spikes,
     )
+
+
+def _lacking(samples: SensorSamples) -> list[Finding]:
+    """Return how many messages lack the number: in some types, that is no fault."""
+    if not samples.unreadable:
+        return []
+    of = samples.unreadable + samples.values.size
+    text = (
+        f"{samples.unreadable} of {of} messages of {samples.name} have no readable {samples.field}"
+    )
+    return [Finding(Level.INFO, "samples", text, {})]
 
 
 def _gaps(samples: SensorSamples, start_ns: int) -> list[Finding]:

@@ -99,7 +99,7 @@ def judge_clocks(s1: Stamped, s2: Stamped, start_ns: int, compare: Compare) -> C
         s1: S1.
         s2: S2.
         start_ns: Arrival time that the seconds in texts count from, nanoseconds.
-        compare: Asked where only motion can tell.
+        compare: Called where only motion can decide.
     """
     if s1.steps or s2.steps:
         s1_s, s2_s = (seconds_since(start_ns, each.samples.arrivals_ns) for each in (s1, s2))
@@ -144,7 +144,7 @@ def _is_late(
 
 
 def _steps(s1: Stamped, s2: Stamped, start_ns: int) -> list[Finding]:
-    """Return what steps of clocks mean, and how the stamps stand to each other after each."""
+    """Judge the steps of clocks, and the offset between the sensors' stamps after each."""
     findings = []
     for name, steps, others in (("s1", s1.steps, s2.steps), ("s2", s2.steps, s1.steps)):
         for step in steps:

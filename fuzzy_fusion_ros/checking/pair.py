@@ -156,7 +156,7 @@ def judge_relation(
             for angles, whose whole turns add up to a factor of their own.
 
     Returns:
-        What is wrong, and the relation to believe in; None if the motion does not tell.
+        What is wrong, and the relation to believe in; None if the motion does not show it.
     """
     if not found or not is_related(found[0]):
         return [], None
@@ -182,17 +182,19 @@ def is_lasting(relation: Relation, halves: Iterable[Sequence[Relation]]) -> bool
         halves: The hypotheses on each half, the most credible first; those of too few samples,
             which have none, do not count.
     """
-    telling = [half for half in halves if half]
-    same = [next((each for each in half if _are_alike(each, relation)), None) for half in telling]
-    for half, each in zip(telling, same, strict=True):
+    compared = [half for half in halves if half]
+    same = [
+        next((each for each in half if _may_be_same(each, relation)), None) for half in compared
+    ]
+    for half, each in zip(compared, same, strict=True):
         margin = np.inf if each is None else each.cost - half[0].cost
         if is_related(half[0]) and margin >= MARGIN:
             return False
     seen = [each for each in same if each is not None and is_related(each)]
-    return len(seen) == len(telling) or any(map(_is_credible, seen))
+    return len(seen) == len(compared) or any(map(_is_credible, seen))
 
 
-def _are_alike(one: Relation, other: Relation) -> bool:
+def _may_be_same(one: Relation, other: Relation) -> bool:
     """Return whether two relations may be the same: in kind, sign and scale."""
     if (one.kind, one.sign) != (other.kind, other.sign):
         return False

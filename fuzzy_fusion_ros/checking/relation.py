@@ -78,7 +78,7 @@ EXACT = 1.1
 """A scale within this factor of a conversion of units is taken for that."""
 
 LEAST_CORRELATION = 0.05
-"""Below this a hypothesis is not worth telling."""
+"""Hypotheses with a lower correlation are dropped."""
 
 NOTHING = 1e-12
 """A line whose steps differ by this share of its values or less is straight but for rounding."""

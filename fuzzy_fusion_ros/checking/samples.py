@@ -16,13 +16,14 @@ class SensorSamples(NamedTuple):
         name: ``s1`` or ``s2``.
         topic: The topic, ``""`` where there is none.
         field: Where the number is in its messages.
-        unit: Unit of the number, ``""`` where the type does not tell.
+        unit: Unit of the number, ``""`` where the type states none.
         is_stamped: Whether its messages carry a stamp; if not, ``stamps_ns`` is ``arrivals_ns``.
         stamps_ns: When they were measured, whatever the stamps say, shape (n,), nanoseconds.
         overflows: Whether the nanoseconds of a stamp are a second or more, shape (n,).
         arrivals_ns: When they arrived or were recorded, shape (n,), nanoseconds.
         values: What was measured, NaN and infinities included, shape (n,).
         scale: What ``scale`` of the sensor is set to; it is part of the values.
+        unreadable: How many more messages lack the number.
         frames: Each ``frame_id`` of some of its messages whenever it is not that of the one before.
     """
 
@@ -36,6 +37,7 @@ class SensorSamples(NamedTuple):
     arrivals_ns: Stamps
     values: Reals
     scale: float = 1.0
+    unreadable: int = 0
     frames: tuple[str, ...] = ()
 
     def kept(self, which: Flags) -> SensorSamples:

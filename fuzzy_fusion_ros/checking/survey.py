@@ -27,7 +27,7 @@ LAGS = (-2, -1, 0, 1, 2)
 """Lags that are tried there, in half spans."""
 
 MOST_FIELDS = 8000
-"""So many fields are compared, those with most samples: the work grows with the square."""
+"""Fields that are compared, those with most samples: the work grows with the square."""
 
 ROWS = 500
 """Fields that are compared with all others at a time, to bound memory."""
@@ -57,7 +57,7 @@ class Field(NamedTuple):
     Attributes:
         topic: The topic.
         path: Where the number is.
-        unit: Its unit, ``""`` where the type does not tell.
+        unit: Its unit, ``""`` where the type states none.
         motion: What it did.
     """
 
@@ -71,7 +71,7 @@ class Together(NamedTuple):
     """Two fields that move together.
 
     Attributes:
-        s1: The one with the shorter interval or, of like intervals, the one that is ahead.
+        s1: The one with the shorter interval or, if these are similar, the one that is ahead.
         s2: The other.
         relation: What they are to each other.
     """
@@ -217,7 +217,7 @@ def _correlations(
 
 
 def _binned(motion: Motion, times: Reals) -> Reals:
-    """Return the mean of a field about each time, or what is on lines where there is no sample."""
+    """Return the mean of a field about each time, on straight lines where it has no sample."""
     place = np.rint(np.interp(motion.time_s, times, np.arange(times.size))).astype(np.int64)
     counts = np.bincount(place, minlength=times.size)
     sums = np.bincount(place, motion.values, times.size)

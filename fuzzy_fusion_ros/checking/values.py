@@ -47,7 +47,7 @@ MANY_SPIKES = (0.01, 10)
 """At this share and this number, spikes are a fault of the sensor rather than of the moment."""
 
 SOME_SPIKES = 5
-"""Fewer are not worth telling."""
+"""Fewer are not reported."""
 
 
 class Wrap(NamedTuple):

@@ -198,6 +198,7 @@ def _samples(name: str, source: Source, raw: RawSamples, frames: tuple[str, ...]
         arrivals_ns=raw.log_ns,
         values=raw.values,
         scale=codec.scale,
+        unreadable=raw.unreadable,
         frames=frames,
     )
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is wrong between two sensors, and the parameter that mends it."""
+"""What is wrong between two sensors, and the parameter that fixes it."""
 
 from __future__ import annotations
 

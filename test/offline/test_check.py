@@ -145,7 +145,9 @@ def test_a_check_on_the_way_goes_on_where_the_first_messages_lack_the_number(
     with open_bag(tmp_path / "bag") as bag:
         assert warnings_of(bag, JOINT, Parameters()) == ()
         assert warnings_of(bag, both, Parameters()) == ()
-    assert checked(tmp_path / "bag", JOINT).characters["s1"].samples == 800
+    found = checked(tmp_path / "bag", JOINT)
+    assert found.characters["s1"].samples == 800
+    assert "1000 of 1800 messages of s1 have no readable position[3]" in map(str, found.findings)
 
 
 def test_the_number_that_no_message_of_a_span_has_is_named(tmp_path: Path) -> None:
