@@ -331,7 +331,7 @@ def test_a_fault_that_one_half_of_a_recording_contradicts_is_none() -> None:
     assert found.is_fine, found.findings
     (finding,) = found.findings
     assert finding.about == "ambiguous"
-    assert "in one part of the recording" in finding.text
+    assert "not in each half" in finding.text
     assert not checked(s1, np.where(late2, -1.0, -0.2) * motion(T2)).is_fine
 
 
