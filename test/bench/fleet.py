@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Many short bags against one long bag of as many samples; memory of score and tune."""
+"""Many short bags against one long bag of as many samples."""
 
 from __future__ import annotations
 
 import os
-import statistics
 import subprocess
 import tempfile
 from pathlib import Path
@@ -12,6 +11,7 @@ from pathlib import Path
 from bench.big_bag import write_bag
 from bench.child import environment, program
 from bench.effort import Effort
+from bench.measuring import compared
 from bench.table import Row, at_most
 from fuzzy_fusion_ros.baselines import BaselineParameters
 from fuzzy_fusion_ros.jobs import parameter_file
@@ -24,16 +24,10 @@ SHORT = 1000
 TOPICS = (("/truth", POINT, 1), ("/s2", POINT, 10), ("/s1", POINT, 1))
 
 MORE = at_most(1.2)
-LIMIT = at_most(6.0, "GB")
-ENOUGH = 100_000
-"""Messages from which on growth of memory stands out from its noise."""
-
-DAY = 95_000_000
-"""Messages of a day at 1 kHz."""
 
 
 def rows(effort: Effort) -> list[Row]:
-    """Run score and check over many bags and over one; report CPU time and the most memory."""
+    """Run score and check over many bags and over one; report CPU time."""
     count = max(effort.messages // SHORT, 2)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -50,39 +44,21 @@ def rows(effort: Effort) -> list[Row]:
                 (_run(command, many, options), _run(command, one, options))
                 for _ in range(effort.repetitions)
             ]
-            ours, against = (statistics.median(pair[k][0] for pair in costs) for k in range(2))
+            it = compared(*(list(each) for each in zip(*costs, strict=True)))
             found.append(
                 Row(
                     f"{command}, {count} bags of {SHORT} messages, CPU",
-                    f"{ours:.1f} s",
-                    f"{against:.1f} s, one bag of as many",
-                    ours / against,
+                    f"{it.ours:.1f} s",
+                    f"{it.against:.1f} s, one bag of as many",
+                    it.ratio,
                     MORE,
                 )
             )
-            if command == "score" and count * SHORT >= ENOUGH:
-                short_gb, long_gb = (costs[0][k][1] for k in range(2))
-                found.append(_day(command, short_gb, long_gb, count * SHORT))
         return found
 
 
-def _day(command: str, short: float, long: float, messages: int) -> Row:
-    """Carry memory on to the bag of a day by its growth from short bags to a long one.
-
-    Args:
-        command: What was run.
-        short: Most memory over the short bags, GB.
-        long: Most memory over the long bag, GB.
-        messages: In the long bag.
-    """
-    each = max(long - short, 0.0) / (messages - SHORT)
-    day = long + each * (DAY - messages)
-    what = f"{command}: peak memory, carried on from {messages:,} to {DAY:,} messages"
-    return Row(what, f"{day:.1f} GB", f"{each * 1e9:.0f} bytes a message", day, LIMIT)
-
-
-def _run(command: str, bags: list[str], options: list[str]) -> tuple[float, float]:
-    """Return CPU time, seconds, and the most memory, GB, of a command over bags."""
+def _run(command: str, bags: list[str], options: list[str]) -> float:
+    """Return CPU time of a command over bags, seconds."""
     child = subprocess.Popen(
         program(command, *bags, *options),
         env=environment({}),
@@ -94,4 +70,4 @@ def _run(command: str, bags: list[str], options: list[str]) -> tuple[float, floa
     child.returncode = os.waitstatus_to_exitcode(status)
     if child.returncode not in {0, 1}:  # 1: check has found something
         raise RuntimeError(f"{command} exited {child.returncode}")
-    return used.ru_utime + used.ru_stime, used.ru_maxrss / 1e6
+    return used.ru_utime + used.ru_stime
