@@ -96,7 +96,7 @@ def is_kept(function: Callable[..., Any], **replaced: Callable[..., Any]) -> boo
     name = _bound_name(function, sorted(replaced.items()))
     directory = "" if name in _FOUND else _cache_directory()
     if directory:
-        changed = Path(function.__code__.co_filename).stat().st_mtime
+        changed = Path(_readable(function).__code__.co_filename).stat().st_mtime
         found = Path(directory).glob(f"*/*.{name}-*.nbi")
         if any(each.stat().st_mtime >= changed for each in found):  # numba refuses an older one
             _FOUND.add(name)
