@@ -43,7 +43,7 @@ _AGGREGATOR_S, _OBSERVER_S, _PREDICTOR_S = 1.5e-5, 3e-5, 8e-5
 _COMPILING_S = 20.0
 """CPU time of compiling a loop over the fusion, seconds."""
 
-_IMPORTING_S, _LOADING_S = 1.0, 0.04
+_IMPORTING_S, _LOADING_S = 0.6, 0.04
 """CPU time to import numba, and to load a loop that an earlier process has compiled, seconds."""
 
 _INTERPRETED_S: defaultdict[Callable[..., Any], float] = defaultdict(float)
