@@ -30,7 +30,6 @@ GAP_INTERVALS = 10.0
 GAP_SECONDS = 1.0
 """of more than this many seconds: shorter ones are bridged."""
 
-
 EXPLAINED = frozenset({"stuck", "wrap"})
 """Findings that are to be fixed before sensors can be called unrelated."""
 

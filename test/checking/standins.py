@@ -16,7 +16,6 @@ START_NS = 1_700_000_000_000_000_000
 STEP = 0.005
 """Seconds between points of the signal."""
 
-
 WARM_UP = round(60.0 / STEP)
 """Points of noise before the first that is used, so that a lag has forgotten where it started."""
 
