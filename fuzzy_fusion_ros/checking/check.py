@@ -140,27 +140,24 @@ def _judge(samples: SensorSamples, start_ns: int, period: float, *, is_known: bo
     timeline = judge_stamps(samples, start_ns)
     dated = samples.kept(timeline.usable)
     usable = dated.kept(np.isfinite(dated.values))
+    about_samples = (*timeline.findings, *_lacking(samples))
     if usable.values.size < FEWEST:
         count, of = usable.values.size, samples.values.size
-        text = f"{count} of {of} samples of {samples.name} can be used"
+        text = (
+            f"{count} of {of} samples of {samples.name} can be used, at least {FEWEST} are needed"
+        )
         few = Finding(Level.ERROR, "samples", text if of else f"{samples.name} has no messages", {})
-        return _Judged(usable, (), usable.values, None, (few, *timeline.findings))
+        return _Judged(usable, (), usable.values, None, (few, *about_samples))
     largest = float(np.abs(usable.values).max())
     if largest > LARGEST:
         text = f"{samples.name} has values up to {largest:.3g}, whose squares overflow"
         too_large = {"samples": float(np.count_nonzero(np.abs(usable.values) > LARGEST))}
         huge = Finding(Level.ERROR, "overflow", text, too_large, "choose another topic or field")
-        return _Judged(usable, (), usable.values, None, (huge, *timeline.findings))
+        return _Judged(usable, (), usable.values, None, (huge, *about_samples))
     values = judge_values(dated, period, is_known=is_known)
     publishers = judge_publishers(usable, values.clean)
-    lacking = _lacking(samples)
-    findings = (
-        *timeline.findings,
-        *lacking,
-        *values.findings,
-        *publishers,
-        *_gaps(samples, start_ns),
-    )
+    gaps = _gaps(samples, start_ns)
+    findings = (*about_samples, *values.findings, *publishers, *gaps)
     character = _character(samples, usable, values)
     return _Judged(usable, timeline.steps, values.clean, character, findings)
 

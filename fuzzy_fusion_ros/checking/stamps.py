@@ -96,7 +96,7 @@ def _timelines(samples: SensorSamples, followed: Flags) -> tuple[NDArray[np.int6
         followed: Whether the clock can be followed from each to the next, shape (n - 1,).
     """
     late = deliveries(samples)
-    if late.size < 2:
+    if late.size < LASTING:
         return np.zeros(late.size, np.int64), False
     stamp_steps = np.diff(samples.stamps_ns) * 1e-9
     interval = float(np.median(np.abs(stamp_steps)))

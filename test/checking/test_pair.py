@@ -319,9 +319,26 @@ def test_too_few_samples() -> None:
     found = both(sensor("s1", T1, motion(T1)), sensor("s2", [], []))
     assert only(found.findings, "samples").text == "s2 has no messages"
     found = both(sensor("s1", T1, motion(T1)), sensor("s2", T2[:4], [1.0, 2.0, math.nan, math.inf]))
-    assert only(found.findings, "samples").text == "2 of 4 samples of s2 can be used"
+    text = "2 of 4 samples of s2 can be used, at least 3 are needed"
+    assert only(found.findings, "samples").text == text
     assert list(found.characters) == ["s1"]
     assert not found.is_fine
+
+
+@pytest.mark.parametrize("samples", [1, 2])
+def test_messages_without_the_number_explain_too_few_samples(samples: int) -> None:
+    s1 = sensor("s1", T1[:samples], motion(T1[:samples]))._replace(unreadable=1798)
+    found = both(s1, sensor("s2", T2, motion(T2)))
+    assert [each.text for each in found.findings] == [
+        f"{samples} of {samples} samples of s1 can be used, at least 3 are needed",
+        f"1798 of {1798 + samples} messages of s1 have no readable data",
+    ]
+
+
+def test_messages_without_the_number_are_named_beside_an_overflow() -> None:
+    s1 = sensor("s1", T1, 1e101 * motion(T1))._replace(unreadable=7)
+    found = both(s1, sensor("s2", T2, motion(T2)))
+    assert [each.about for each in found.findings] == ["overflow", "samples"]
 
 
 def test_a_fault_that_one_half_of_a_recording_contradicts_is_none() -> None:

@@ -35,6 +35,13 @@ def test_regular_stamps_are_fine_however_they_arrive() -> None:
         assert (found.steps, found.findings) == ((), ())
 
 
+@pytest.mark.parametrize("samples", [0, 1, 2])
+def test_too_few_samples_have_no_odd_stamps(samples: int) -> None:
+    found = judge_stamps(stamped(TIMES[:samples], TIMES[:samples] + 5.0), START_NS)
+    assert found.usable.all()
+    assert (found.steps, found.findings) == ((), ())
+
+
 def test_a_gap_is_no_step_of_the_clock() -> None:
     times = np.where(TIMES > 5.0, TIMES + 20.0, TIMES)
     found = judge_stamps(stamped(times, times), START_NS)
