@@ -205,7 +205,7 @@ def _may_be_same(one: Relation, other: Relation) -> bool:
 
 def passing(relation: Relation) -> Finding:
     """Return the finding that the halves do not bear out a relation that would be a fault."""
-    text = "s1 and s2 look related over the whole recording, but not in each half"
+    text = "the relation between s1 and s2 over the whole recording does not hold in each half"
     evidence = {"correlation": relation.sign * relation.correlation}
     return Finding(Level.INFO, "ambiguous", text, evidence, "record more varied motion")
 

@@ -348,7 +348,9 @@ def test_a_fault_that_one_half_of_a_recording_contradicts_is_none() -> None:
     assert found.is_fine, found.findings
     (finding,) = found.findings
     assert finding.about == "ambiguous"
-    assert "not in each half" in finding.text
+    assert finding.text == (
+        "the relation between s1 and s2 over the whole recording does not hold in each half"
+    )
     assert not checked(s1, np.where(late2, -1.0, -0.2) * motion(T2)).is_fine
 
 
