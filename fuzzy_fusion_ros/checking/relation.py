@@ -60,7 +60,7 @@ WEIGHT = 4.0
 errors of the model do not average out."""
 
 NO_FIT = WEIGHT * math.log(1.0 + MODEL_ERROR)
-"""Cost of a misfit that nothing explains."""
+"""Cost of misfit where nothing is explained."""
 
 COSTS = {"negated": 1.0, "s1 rate": 0.7, "s2 rate": 1.0, "known scale": 1.0, "scale": 2.0}
 """What each deviation costs: one recording in three to ten has been set up wrong."""
