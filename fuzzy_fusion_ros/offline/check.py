@@ -46,7 +46,7 @@ MOST_ELEMENTS = 64
 WARNED_MESSAGES = 100_000
 """Messages of S1 and S2 that are checked where a check is a by-product: some 0.5 s of work."""
 
-FRAMED = 8
+FRAMED = 64
 """Messages of each topic in a block whose frame is looked at."""
 
 MOST_FRAMES = 100

@@ -50,12 +50,16 @@ def test_no_motion_alternates(name: str) -> None:
 
 
 def test_frames_in_turn_are_named() -> None:
-    finding = only(checked(motion(T1), ("left", "right", "left", "right")).findings, "publishers")
+    finding = only(checked(motion(T1), ("left", "right") * 4).findings, "publishers")
     assert finding.level is Level.WARNING
     assert finding.text == "messages of s1 alternate between frame_ids: 'left', 'right'"
     many = only(checked(motion(T1), (*"abcde", *"abcde")).findings, "publishers")
     assert many.text.endswith("'a', 'b', 'c' and 2 more")
 
 
-def test_a_frame_that_changes_once_is_fine() -> None:
-    assert checked(motion(T1), ("", "imu")).is_fine
+@pytest.mark.parametrize(
+    "frames",
+    [("", "imu"), ("", "imu", "", "imu"), ("imu", "imu_link", "imu"), ("", "imu") * 3],
+)
+def test_frames_of_a_driver_that_restarts_do_not_alternate(frames: tuple[str, ...]) -> None:
+    assert checked(motion(T1), frames).is_fine
