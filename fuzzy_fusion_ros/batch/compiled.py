@@ -25,8 +25,8 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-ROOMS = ("core", "batch", "simulation", "baselines", "paper")
-"""Where compiled functions live."""
+ROOMS = ("core", "batch", "simulation", "baselines", "paper", "parameters")
+"""Where compiled functions, and the named tuples that they read by position, are defined."""
 
 _PROCESSOR = ("model name", "flags", "CPU implementer", "CPU part", "Features")
 """Lines of ``/proc/cpuinfo`` that tell processors apart."""
@@ -90,16 +90,16 @@ def given_back(state: Any, like: Any) -> Any:
 
 
 def is_kept(function: Callable[..., Any], **replaced: Callable[..., Any]) -> bool:
-    """Return whether :func:`compiled` finds on disk what another process has compiled."""
+    """Return whether :func:`compiled` finds on disk what another process has compiled.
+
+    A numba that compares mtimes instead of contents compiles once more after a reinstallation.
+    """
     if not can_compile():
         return False
     name = _bound_name(function, sorted(replaced.items()))
     directory = "" if name in _FOUND else _cache_directory()
-    if directory:
-        changed = Path(_readable(function).__code__.co_filename).stat().st_mtime
-        found = Path(directory).glob(f"*/*.{name}-*.nbi")
-        if any(each.stat().st_mtime >= changed for each in found):  # numba refuses an older one
-            _FOUND.add(name)
+    if directory and any(Path(directory).glob(f"*/*.{name}-*.nbi")):
+        _FOUND.add(name)
     return name in _FOUND
 
 
