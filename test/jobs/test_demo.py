@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import os
 import shutil
+import site
 import subprocess
 import sys
+import sysconfig
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -154,6 +156,8 @@ def test_the_recordings_are_beside_the_sources_or_installed(
     assert real_bags() == ROOT / "bags"
     monkeypatch.setattr(shared, "__file__", str(tmp_path / "a" / "b" / "shared.py"))
     monkeypatch.setattr(sys, "prefix", str(tmp_path / "python"))
+    monkeypatch.setattr(sysconfig, "get_path", {"data": str(tmp_path / "local")}.__getitem__)
+    monkeypatch.setattr(site, "getuserbase", lambda: str(tmp_path / "user"))
     monkeypatch.setenv("AMENT_PREFIX_PATH", f"{tmp_path / 'none'}:{tmp_path / 'prefix'}")
     with pytest.raises(DemoError, match=r"bag 'car_accel' was not found in .*prefix/share"):
         real_bags()
