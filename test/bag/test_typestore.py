@@ -217,9 +217,14 @@ def test_each_bag_reports_its_own_problems(tmp_path: Path) -> None:
             assert bag.problems[0].startswith(f"{name}.mcap: the definition of {FLOAT} cannot be")
 
 
-def test_what_is_kept_of_definitions_is_bounded() -> None:
-    """Of bags that are gone nothing large stays, though each describes other types."""
-    texts = ["".join(f"float64 value_of_type_{k}_{n:09}\n" for n in range(500)) for k in range(4)]
+def text_of(characters: int, number: int) -> str:
+    """Return a definition of about that many characters, different for each number."""
+    line = "float64 value_{:06}_{:06}\n"
+    return "".join(line.format(number, k) for k in range(characters // len(line.format(0, 0))))
+
+
+def kept_of(texts: list[str]) -> int:
+    """Return the bytes that stay when bags with these definitions are gone."""
     tracemalloc.start()
     for text in texts:
         (types,) = bags_of(text, 1)
@@ -228,4 +233,20 @@ def test_what_is_kept_of_definitions_is_bounded() -> None:
     gc.collect()
     kept, _ = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert kept < 100_000
+    return kept
+
+
+def test_large_definitions_are_not_kept() -> None:
+    definitions._parsed.cache_clear()
+    assert kept_of([text_of(17_000, number) for number in range(4)]) < 100_000
+    assert definitions._parsed.cache_info().currsize == 0
+
+
+def test_few_definitions_are_kept_and_each_is_small() -> None:
+    """Though each bag describes other types: 64 definitions, which take at most 10 MB."""
+    definitions._parsed.cache_clear()
+    largest = kept_of([text_of(16_000, 0)])
+    assert definitions._parsed.cache_info().currsize == 1
+    assert 64 * largest < 10_000_000
+    kept_of([text_of(100, number) for number in range(80)])
+    assert definitions._parsed.cache_info().currsize == 64
