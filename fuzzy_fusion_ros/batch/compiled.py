@@ -15,8 +15,10 @@ import importlib.util
 import os
 import platform
 import runpy
+import shutil
 import sys
 import tempfile
+import time
 import types
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.metadata import version
@@ -30,6 +32,9 @@ ROOMS = ("core", "batch", "simulation", "baselines", "paper", "parameters")
 
 _PROCESSOR = ("model name", "flags", "CPU implementer", "CPU part", "Features")
 """Lines of ``/proc/cpuinfo`` that tell processors apart."""
+
+_UNUSED_S = 30 * 86400.0
+"""How long compiled code is kept after its last use, seconds."""
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -199,15 +204,33 @@ def _jit() -> Callable[..., Any]:
 
 
 def _cache_directory() -> str:
-    """Return where compiled code is kept; empty if nothing can be written anywhere."""
+    """Return where compiled code is kept; empty if nothing can be written anywhere.
+
+    Its mtime is that of the last use. A new one takes the place of those no longer used.
+    """
     for directory in _directories():
         try:
+            is_new = not directory.exists()
             directory.mkdir(parents=True, exist_ok=True)
+            os.utime(directory)
             tempfile.TemporaryFile(dir=directory).close()
         except OSError:
             continue
+        if is_new:
+            _remove_unused(directory.parent)
         return str(directory)
     return ""
+
+
+def _remove_unused(parent: Path) -> None:
+    """Delete what no process has used for ``_UNUSED_S``; others may delete it at the same time.
+
+    A process that takes one into use just then compiles once more.
+    """
+    for directory in parent.glob("[0-9a-f]" * 16):
+        with contextlib.suppress(OSError):
+            if time.time() - directory.stat().st_mtime > _UNUSED_S:
+                shutil.rmtree(directory, ignore_errors=True)
 
 
 @functools.cache

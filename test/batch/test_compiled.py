@@ -6,9 +6,11 @@ from __future__ import annotations
 import functools
 import importlib.util
 import os
+import shutil
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 from typing import Any
 
@@ -144,6 +146,43 @@ def test_work_is_kept_by_the_sources_that_went_in(
         (tmp_path / room / "part.py").write_text("x = 2\n")
         directories.add(module._cache_directory())
     assert len(directories) == 1 + len(rooms)
+
+
+def test_compiled_code_that_is_no_longer_used_is_deleted(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """After 30 days, when a new directory is made; nothing else that lies there."""
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    parent = tmp_path / "fuzzy_fusion_ros"
+    days = {f"{0:016x}": 31, f"{1:016x}": 31, f"{2:016x}": 29, "another": 31}
+
+    def directory(name: str) -> Path:
+        monkeypatch.setattr(module, "_digest", lambda: name)
+        return Path(module._cache_directory())
+
+    for name in days:
+        (directory(name) / "core").mkdir()
+    for name, age in days.items():
+        os.utime(parent / name, (time.time() - age * 86400,) * 2)
+    directory(f"{1:016x}")  # in use again
+    assert {each.name for each in parent.iterdir()} == set(days)
+    directory(f"{3:016x}")
+    assert {each.name for each in parent.iterdir()} == {*days, f"{3:016x}"} - {f"{0:016x}"}
+
+
+def test_a_process_goes_on_when_another_deletes_what_it_has_compiled(
+    monkeypatch: pytest.MonkeyPatch, fresh: None, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    assert compiled(sign)(-2.0) == -1.0
+    shutil.rmtree(tmp_path)
+    assert compiled(sign)(-2) == -1.0  # another signature
+    assert compiled(lag_gain)(0.1, 0.2) == lag_gain(0.1, 0.2)
+    assert {each.name.partition("-")[0] for each in tmp_path.rglob("*.nbi")} == {
+        "aggregator.sign",
+        "numerics.lag_gain",
+    }
 
 
 ELSE = {
