@@ -170,8 +170,7 @@ def scaled_to_errors(
     deviation = np.concatenate([each.standard_deviation for each in traces])[counted]
     factor = root_mean_square(error / np.maximum(deviation, TINY))
     known = flatten(parameters)
-    numbers = {each: known[each] for each in noises}
-    changes = {k: factor * v for k, v in numbers.items() if isinstance(v, float)}
+    changes = {each: factor * float(cast(float, known[each])) for each in noises}
     if allowed(BaselineParameters, changes) != changes:
         return parameters
     return replace(parameters, changes)

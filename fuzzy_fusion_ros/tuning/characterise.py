@@ -95,8 +95,13 @@ class Characteristics(NamedTuple):
 
     @property
     def lag_is_identifiable(self) -> bool:
-        """Whether the lag is that of S2: within its search range and in the time of one clock."""
-        return self.clocks_agree and not self.lag_at_limit
+        """Whether the lag is that of S2.
+
+        It is not where the clocks disagree, the signal moves one way, S1 and S2 are unrelated, or
+        the search ended at its longest lag.
+        """
+        distinct = self.related and not self.moves_one_way
+        return self.clocks_agree and distinct and not self.lag_at_limit
 
     @property
     def has_spikes(self) -> bool:

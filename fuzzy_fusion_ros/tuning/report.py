@@ -175,7 +175,7 @@ def _limits(tuned: Tuned) -> str:
         return ""
     found = flatten(tuned.parameters)
     named = ", ".join(f"{each} {found[each]:.3g} s" for each in tuned.at_limit)
-    return f"; at the upper end of the search range, so not measured: {named}"
+    return f"; at the upper end of the search range; the best value may be larger: {named}"
 
 
 def _warning(tuned: Tuned) -> str:
@@ -297,6 +297,8 @@ def _lag(sensors: Characteristics) -> str:
 
 
 def _why_no_lag(sensors: Characteristics) -> str:
+    if sensors.lag_is_identifiable:
+        return ""
     if not sensors.clocks_agree:
         return ", nor is S1's bias: the clocks that stamp S1 and S2 disagree"
     if sensors.moves_one_way:
@@ -309,9 +311,7 @@ def _why_no_lag(sensors: Characteristics) -> str:
             ": S1 and S2 have no more in common than unrelated signals "
             f"(correlation {sensors.lag.correlation:.2f})"
         )
-    if sensors.lag_at_limit:
-        return (
-            f": the search ended at its longest lag, {sensors.longest_lag:.2g} s; check the stamps "
-            f"of S1 and S2, or record at least {1.0 / SHARE_OF_SPAN:.0f} times the lag"
-        )
-    return ""
+    return (
+        f": the search ended at its longest lag, {sensors.longest_lag:.2g} s; check the stamps "
+        f"of S1 and S2, or record at least {1.0 / SHARE_OF_SPAN:.0f} times the lag"
+    )

@@ -89,7 +89,6 @@ def oddities(sensors: Characteristics, usual: Characteristics) -> Iterator[str]:
         yield f"S1 and S2 do not correlate in it (correlation {own_lag.correlation:.2f})"
     elif (
         min(own_lag.correlation, lag.correlation) >= TRUSTED
-        and not sensors.moves_one_way
         and sensors.lag_is_identifiable
         and usual.lag_is_identifiable
         and abs(own_lag.total - lag.total) > usual.s2_interval

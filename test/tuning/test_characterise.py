@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from tuning.recordings import Sensors, made
 
 from fuzzy_fusion_ros.batch.cleaning import without_spikes
 from fuzzy_fusion_ros.tuning import TuneError, characterise
+from fuzzy_fusion_ros.tuning.characterise import Characteristics
 from fuzzy_fusion_ros.tuning.report import described
 from fuzzy_fusion_ros.tuning.together import oddities, typical
 
@@ -69,6 +72,26 @@ def test_it_is_told_in_words() -> None:
     plain = "\n".join(described(characterise(made(Sensors()).series), ""))
     assert "no spikes" in plain
     assert "gaps" not in plain
+
+
+WITHOUT_A_LAG = {
+    "at its limit": lambda usual: usual._replace(longest_lag=usual.lag.time_constant),
+    "clocks apart": lambda usual: usual._replace(clocks_agree=False),
+    "one way": lambda usual: usual._replace(one_way=1.0),
+    "unrelated": lambda usual: usual._replace(chance=1.0),
+}
+
+
+@pytest.mark.parametrize("change", [lambda usual: usual, *WITHOUT_A_LAG.values()])
+def test_text_and_property_agree_on_whether_the_lag_is_identifiable(
+    change: Callable[[Characteristics], Characteristics],
+) -> None:
+    usual = characterise(made(Sensors()).series)
+    sensors = change(usual)
+    assert sensors.lag_is_identifiable is (sensors == usual)
+    text = "\n".join(described(sensors, "rad"))
+    assert ("S2's lag is not identifiable" in text) is not sensors.lag_is_identifiable
+    assert ("S2 lags" in text) is sensors.lag_is_identifiable
 
 
 def test_a_lag_at_the_edge_of_its_search_range_is_not_shown_as_a_measurement() -> None:

@@ -12,10 +12,11 @@ from tuning.quick import be_quick
 from tuning.recordings import START_NS, Made, Sensors, made
 from tuning.standins import standin
 
-from fuzzy_fusion_ros.baselines import methods
+from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, methods
 from fuzzy_fusion_ros.batch.arrays import Reals, Stamps, root_mean_square
 from fuzzy_fusion_ros.batch.series import Series, fusion, run, values
 from fuzzy_fusion_ros.core.estimator import FUSED
+from fuzzy_fusion_ros.parameters.errors import ParameterError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import flatten, replace
 from fuzzy_fusion_ros.self_tuning.homes import safety_net
@@ -23,6 +24,7 @@ from fuzzy_fusion_ros.tuning import (
     Trial,
     Tuned,
     TuneError,
+    baselines,
     characterise,
     fit_baselines,
     tune,
@@ -553,7 +555,28 @@ def test_a_fitted_lag_at_the_end_of_its_range_is_said_to_be_there(
     late = replace(tuned.parameters, {"s2.delay": longest["s2.delay"]})
     assert space.at_limit(late) == ("s2.delay",)
     text = outcome(tuned._replace(parameters=late, at_limit=space.at_limit(late)), "")
-    assert f"not measured: s2.delay {longest['s2.delay']:.3g} s" in text
+    assert f"the best value may be larger: s2.delay {longest['s2.delay']:.3g} s" in text
+    assert "not measured" not in text
+
+
+def test_json_and_text_agree_on_whether_the_lag_is_identifiable(tuned: Tuned) -> None:
+    assert as_json(tuned, "rad")["characteristics"]["lag"]["identifiable"]
+    one_way = tuned._replace(sensors=tuned.sensors._replace(one_way=1.0))
+    assert not as_json(one_way, "rad")["characteristics"]["lag"]["identifiable"]
+    assert "S2's lag is not identifiable" in "\n".join(described(one_way.sensors, "rad"))
+
+
+def test_only_numbers_can_be_scaled_to_the_errors(
+    recording: Made, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kalman = BASELINES["kalman"]
+    wrong = kalman._replace(scaled=(*kalman.scaled, "kalman.biased"))
+    monkeypatch.setattr(baselines, "BASELINES", {**BASELINES, "kalman": wrong})
+    counted = recording.series.s2_known > 0
+    with pytest.raises(ParameterError, match=r"kalman\.biased"):
+        baselines.scaled_to_errors(
+            BaselineParameters(), "kalman", [recording.series], recording.truth[counted], counted
+        )
 
 
 def test_few_samples_of_s2_without_a_truth_are_warned_of(tuned: Tuned) -> None:
