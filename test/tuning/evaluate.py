@@ -79,10 +79,10 @@ def main() -> None:
             these = [r for r in rows if title == group(r) and r["truth"] == with_truth]
             if these:
                 print(f"{title}, {'with' if with_truth else 'without'} truth: {summed(these)}")
-    if given.markdown:
-        print("\n".join([*markdown(rows), "", *sureness_table(rows), "", *predictor_table(rows)]))
     if given.json:
         Path(given.json).write_text(json.dumps(rows, indent=1), encoding="utf-8")
+    if given.markdown:
+        print("\n".join([*markdown(rows), "", *sureness_table(rows), "", *predictor_table(rows)]))
 
 
 def group(row: dict[str, Any]) -> str:
@@ -239,23 +239,19 @@ def line(row: dict[str, Any]) -> str:
 
 
 def markdown(rows: list[dict[str, Any]]) -> list[str]:
-    """Return a table with a row per recording, errors with a truth before those without."""
+    """Return a table of errors: a row per recording, one also without a truth."""
     lines = [
-        "| recording | better sensor | best baseline | ours | ratio | "
-        "best baseline, no truth | ours, no truth | ratio |",
-        "|---|---|---|---|---|---|---|---|",
+        "| recording | truth | better sensor | best baseline | ours | ratio | constant |",
+        "|---|---|---|---|---|---|---|",
     ]
-    for with_truth, without in zip(rows[::2], rows[1::2], strict=True):
-        sensor = min(with_truth["others"][each] for each in SINGLE)
-        cells = [with_truth["kind"], f"{sensor:.3g}"]
-        for row in (with_truth, without):
-            best = min(row["others"], key=row["others"].__getitem__)
-            cells += [
-                f"{row['others'][best]:.3g} `{best}`",
-                f"{row['ours']:.3g}",
-                f"{row['ours'] / row['others'][best]:.2f}",
-            ]
-        lines.append("| " + " | ".join(cells) + " |")
+    for row in rows:
+        best = min(row["others"], key=row["others"].__getitem__)
+        lines.append(
+            f"| {row['kind']} | {'yes' if row['truth'] else 'no'} | "
+            f"{min(row['others'][each] for each in SINGLE):.3g} | "
+            f"{row['others'][best]:.3g} `{best}` | {row['ours']:.3g} | {ratio(row):.2f} | "
+            f"{row['constant'] / row['ours']:.2f} |"
+        )
     return lines
 
 
@@ -309,7 +305,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--kinds", nargs="*", help="all unless given")
     parser.add_argument("--csv", nargs="*", type=Path, default=[], help="recordings instead")
     parser.add_argument("--bags", nargs="*", type=Path, default=[], help="bags with a truth")
-    parser.add_argument("--with-truth", action="store_true", help="not without it besides")
+    parser.add_argument("--with-truth", action="store_true", help="only with the truth")
     parser.add_argument("--markdown", action="store_true", help="tables at the end")
     parser.add_argument("--json", metavar="FILE")
     return parser

@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 import pytest
-from tuning.evaluate import line, sureness, sureness_table
+from tuning.evaluate import line, markdown, sureness, sureness_table
 from tuning.standins import standin
 
 from fuzzy_fusion_ros.baselines import BaselineParameters, methods
@@ -47,3 +47,12 @@ def test_rows_are_printed_whatever_is_known(ours: list[float], kalman: list[floa
     last = sureness_table([made])[-1]
     assert f"{-ours[2]:.2f} | {-kalman[2]:.2f} | " in last
     assert ("`kalman_bias`" in last) == (kalman is not UNKNOWN)
+
+
+def test_errors_have_a_row_for_each_way_of_tuning() -> None:
+    made = row(UNKNOWN, UNKNOWN)
+    rows = markdown([made, {**made, "truth": False, "constant": 3.0}])[2:]
+    assert rows == [
+        "| drive | yes | 2 | 2 `s1` | 1 | 0.50 | 1.00 |",
+        "| drive | no | 2 | 2 `s1` | 1 | 0.50 | 3.00 |",
+    ]
