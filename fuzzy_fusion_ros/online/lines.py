@@ -134,7 +134,9 @@ class Integrated(Unwrapped):
     """A rate: its trapezoidal integral, which starts at the first sample of S2.
 
     Over a silence beyond the timeout nothing is integrated: it moves as S2 has. Without a sample of
-    S2 there is no line.
+    S2 there is no line. An angle that moves by more than a turn from one sample to the next has
+    moved by garbage: whole turns of it are left out, or else S2, which is placed by how S1 has
+    moved, would be these turns away from S1 as the observer sees it, delayed.
     """
 
     def on_s1(self, sample: Sample) -> Sample | None:
@@ -147,7 +149,11 @@ class Integrated(Unwrapped):
             return self._on_line(sample, self._s2)
         if math.isinf(dt):
             return self._on_line(sample, self._followed(self._s1.value))
-        return self._on_line(sample, self._s1.value + dt * mean)
+        return self._on_line(sample, self._s1.value + self._within_a_turn(dt * mean))
+
+    def _within_a_turn(self, step: float) -> float:
+        period = self.parameters.signal.period
+        return nearest(step, 0.0, period) if abs(step) > period > 0.0 else step
 
     def _near(self, value: float, expected: float) -> float:
         return super()._near(value, expected) if self.parameters.signal.period > 0.0 else value

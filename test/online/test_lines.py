@@ -200,3 +200,32 @@ def test_a_rate_without_bounds_stays_finite() -> None:
     for k in range(20):
         for fused in fusion.on_s1(Sample(SECOND + k * SECOND // 50, 1.7e308)).estimates:
             assert math.isfinite(fused.estimate.value)
+
+
+@pytest.mark.parametrize("garbage", [1e3, 1e5, -3.7e6, 1e90])
+@pytest.mark.parametrize("samples", [1, 5])
+def test_a_heading_recovers_from_garbage_of_a_gyro(garbage: float, samples: int) -> None:
+    chosen = parameters(
+        **{
+            "s1.kind": "rate",
+            "s1.bias_time_constant": 5.0,
+            "s1.drift_time_constant": 10.0,
+            "s1.drift_prior": 0.02,
+            "s2.noise": 0.05,
+            "s2.delay": 0.3,
+        }
+    )
+    given_rows: list[Row] = []
+    for k in range(6000):
+        time_s = 0.01 * k
+        rate = 0.3 * math.sin(0.2 * time_s) + 0.02
+        late = -1.5 * math.cos(0.2 * (time_s - 0.3))
+        stamp_ns = SECOND + k * 10_000_000
+        if k % 100 == 0:
+            given_rows.append((stamp_ns, "s2", nearest(late, 0.0, TURN)))
+        given_rows.append((stamp_ns, "s1", garbage if 0 <= k - 2000 < samples else rate))
+    said = estimates(given_rows, chosen)
+    truth = -1.5 * np.cos(0.2 * 0.01 * np.arange(6000))
+    error = arrays.nearest(said - truth[-said.size :], np.zeros(said.size), TURN)
+    assert np.abs(error[1500:1990]).max() < 0.05
+    assert np.abs(error[-1000:]).max() < 0.1
