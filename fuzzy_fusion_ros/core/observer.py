@@ -67,6 +67,10 @@ UNKNOWN = 1e4
 """Standard deviation of a bias of which nothing is known, in those of S2's noise; no deviation
 grows by more at a time."""
 
+STEEPEST = 1e15
+"""No standard deviation of a slope grows by more at a time, in those of S2's noise per second: its
+square stays finite, and times may be in microseconds."""
+
 LEAST_BELIEF = 1e-6
 """A sample of S2 is trusted at least this much, whatever W1."""
 
@@ -408,7 +412,7 @@ def prior(parameters: Parameters) -> Covariance:
     ratio, turn = UNKNOWN, 0.0
     if noise > 0.0:
         ratio = min(s1.bias_prior / noise, UNKNOWN) if s1.bias_prior > 0.0 else UNKNOWN
-        turn = min(s1.drift_prior / noise, UNKNOWN) if s1.drift_time_constant > 0.0 else 0.0
+        turn = min(s1.drift_prior / noise, STEEPEST) if s1.drift_time_constant > 0.0 else 0.0
     return of_bias(ratio * ratio, 0.0, turn * turn)
 
 
@@ -433,7 +437,7 @@ def walked(
         return p
     learning, drifting = parameters.s1.bias_time_constant, parameters.s1.drift_time_constant
     walk = min(interval * dt / learning / learning, UNKNOWN * UNKNOWN)
-    turn = min(walk / drifting / drifting, UNKNOWN * UNKNOWN) if drifting > 0.0 else 0.0
+    turn = min(walk / drifting / drifting, STEEPEST * STEEPEST) if drifting > 0.0 else 0.0
     first, second = lag_gains(parameters.s2, factor, dt)
     p = propagated(
         Covariance(p.cc + walk, p.cb, p.c1, p.c2, p.bb, p.b1, p.b2, p.m11, p.m12, p.m22),

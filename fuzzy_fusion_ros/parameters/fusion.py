@@ -202,7 +202,8 @@ class FastSensorParameters(SensorParameters):
     )
     drift_prior: float = real(
         0.0,
-        "standard deviation of the slope of S1's bias before the first S2; 0: it starts from 0",
+        "standard deviation of the slope of S1's bias before the first S2; needs s2.noise > 0 and "
+        "s1.drift_time_constant > 0; 0: the slope starts from 0",
         unit="signal/s",
     )
 

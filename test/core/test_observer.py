@@ -28,7 +28,7 @@ from fuzzy_fusion_ros.core.estimator import (
 from fuzzy_fusion_ros.core.model import no_states
 from fuzzy_fusion_ros.core.observer import LASTING, LONGEST, moved_on, no_belief
 from fuzzy_fusion_ros.parameters.fusion import Parameters
-from fuzzy_fusion_ros.parameters.group import replace
+from fuzzy_fusion_ros.parameters.group import flatten, replace
 
 SECOND = 1_000_000_000
 STEP = 10_000_000
@@ -163,6 +163,45 @@ def test_a_slope_that_was_expected_is_known_after_a_few_samples() -> None:
         said, state = fed(replace(slow, {"s1.drift_prior": prior}), drifting, [0.0] * 300)
         assert (abs(said[-1].value) < 0.02) == (prior > 0.0)
         assert abs(state.sensors.belief.states.slope - 0.5) < at_most
+
+
+@pytest.mark.parametrize("ignored", ["s2.noise", "s1.drift_time_constant"])
+def test_a_prior_of_the_slope_needs_the_noise_and_the_slope(ignored: str) -> None:
+    parameters = replace(LEARNING, {"s1.drift_time_constant": 5.0, ignored: 0.0})
+    with_prior = replace(parameters, {"s1.drift_prior": 0.5})
+    drifting = (0.5 * np.arange(100) * 0.01).tolist()
+    (plain, _), (said, _) = (fed(each, drifting, [0.0] * 100) for each in (parameters, with_prior))
+    assert values(said) == values(plain)
+
+
+def test_microseconds_are_as_good_as_seconds() -> None:
+    """The same in another unit of time: only rounding and the clock's nanoseconds differ."""
+
+    def estimates(unit: float) -> list[float]:
+        times = ("s1.bias_time_constant", "s1.drift_time_constant", "s2.lag_time_constant")
+        given = {name: flatten(EVERYTHING)[name] for name in (*times, "s2.delay")}
+        parameters = replace(
+            EVERYTHING,
+            {
+                **{name: float(value) * unit for name, value in given.items()},
+                "s1.drift_prior": 0.5 / unit,
+                "s2.noise": 0.001,
+                "aggregator.rate.small": 0.01 / unit,
+                "aggregator.rate.large": 3.0 / unit,
+                "aggregator.rate_time_constant": 0.1 * unit,
+            },
+        )
+        state, said = initial_state(parameters), []
+        for k in range(400):
+            stamp_ns = SECOND + round(k * STEP * unit)
+            x = math.sin(k * 0.01)
+            if k % 5 == 0:
+                state = observe_s2(parameters, state, stamp_ns, x)
+            estimate, state = update(parameters, state, stamp_ns, x + 0.5 * k * 0.01)
+            said.append(estimate)
+        return values(said)
+
+    assert estimates(1e-5) == pytest.approx(estimates(1.0), abs=1e-9)
 
 
 @pytest.mark.parametrize(("lag", "delay"), [(0.3, 0.0), (0.0, 0.2), (0.3, 0.2)])
