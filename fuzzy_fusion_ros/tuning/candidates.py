@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The structures that ``tune`` chooses from, the simplest first: what a fit of each moves."""
+"""The structures that ``tune`` chooses from: what a fit of each moves."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Candidate(NamedTuple):
 
 
 def candidates_for(sensors: Characteristics, with_truth: bool = True) -> list[Candidate]:
-    """Return the candidates for such sensors, the simplest first.
+    """Return the candidates for such sensors: a sensor alone, the paper's rules, the observers.
 
     Args:
         sensors: What the sensors are like.

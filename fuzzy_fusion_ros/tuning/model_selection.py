@@ -42,6 +42,9 @@ AS_GOOD = 1.1
 """A simpler candidate is chosen if its error on unseen parts is at most this factor larger, as four
 parts do not tell it more precisely; without a truth, the surprise counts in place of the error."""
 
+ALONE_AS_GOOD = 1.05
+"""Without a truth, S1 alone is chosen if its surprise is at most this factor larger."""
+
 OBSERVERS = ("bias", "slope", "full")
 """Candidates that learn S1's bias, the simplest first."""
 
@@ -51,7 +54,8 @@ its changes explain those of S2."""
 
 ENOUGH_S2 = 50
 """With fewer samples of S2, too few to fit rules to, ``bias`` is chosen unless a sensor alone is no
-worse; its time constant is not shortened, and without a truth the outcome has a warning."""
+worse; its time constant is not shortened, the predictor stays off, and without a truth the outcome
+has a warning."""
 
 
 class FittedCandidate(NamedTuple):
@@ -91,7 +95,7 @@ def planned(sensors: Characteristics, with_truth: bool, parts: int) -> int:
 def cross_validate(
     problem: Problem, sensors: Characteristics, pool: Pool, seed: int
 ) -> list[FittedCandidate]:
-    """Fit and cross-validate every candidate, the simplest first.
+    """Fit and cross-validate every candidate, in the order of the table.
 
     Args:
         problem: What is fitted.
@@ -158,15 +162,15 @@ def chosen(
         related: Whether changes of S1 explain those of S2.
     """
     named = {each.name: each for each in candidates}
-    fusing = [named[each] for each in (*OBSERVERS, "aggregator")]
-    if s2_samples < ENOUGH_S2:
-        fusing = fusing[:1]
+    names = OBSERVERS[:1] if s2_samples < ENOUGH_S2 else OBSERVERS
+    observers = [named[each] for each in names]
     if not with_truth:
-        best = _simplest(fusing[:3], _surprise)
+        best = _simplest(observers, _surprise)
         if not related and best.surprise > S1_PAYS * named["s2"].surprise:
             return named["s2"]
-        return _simplest([named["s1"], best], _surprise)
-    best = _simplest(fusing, _unseen)
+        return named["s1"] if named["s1"].surprise <= ALONE_AS_GOOD * best.surprise else best
+    others = [named["aggregator"]] if len(names) > 1 else []
+    best = _simplest([*observers, *others], _unseen)
     sensor = min((named["s2"], named["s1"]), key=_unseen)
     return sensor if sensor.unseen <= best.unseen + TINY else best
 

@@ -122,7 +122,7 @@ class Tuned(NamedTuple):
         with_truth: Whether the target is a truth.
         target: What the fits are to, at each S1 sample, shape (n,), NaN where unknown.
         counted: Where the target counts, shape (n,).
-        candidates: The candidates as fitted, in order of preference.
+        candidates: The candidates as fitted, in the order of the table.
         chosen: Name of the one that was chosen.
         at_limit: Times that ended at the upper end of their search range, by dotted name.
         before: The parameters before.
@@ -234,6 +234,7 @@ def tune_to(
             pool, problem.recordings, problem.target, problem.counted, seed
         )
     s2_samples = sum(int(each.s2_known[-1]) for each in problem.recordings)
+    is_long = s2_samples >= model_selection.ENOUGH_S2
     best = model_selection.chosen(candidates, s2_samples, with_truth, sensors.related)
     spec = _spec_of(best, sensors, with_truth)
     final = best.parameters
@@ -241,12 +242,14 @@ def tune_to(
         final = bounded_if_cheap(problem, spec, final, seed)
     if with_truth:
         final = simplified(problem, final)
-        if s2_samples >= model_selection.ENOUGH_S2:  # else they do not show what it costs
+        if is_long:  # else it does not show what that costs
             final = shorten_bias_time_constant(problem, final)
     elif sensors.related:
         final = with_low_pass(problem, sensors, final)
     final = with_safety_net(problem, final)
-    after = with_predictor(problem, rounded(problem, final))
+    after = rounded(problem, replace(final, {"predictor.enabled": False}))
+    if is_long:
+        after = with_predictor(problem, after)
     if with_truth:
         optimism = max(1.0, best.unseen / max(best.fitted, TINY))
         after = rounded(problem, with_deviation(problem, after, optimism))
@@ -501,7 +504,7 @@ def rounded(problem: Problem, parameters: Parameters) -> Parameters:
 
 
 def with_predictor(problem: Problem, parameters: Parameters) -> Parameters:
-    """Switch the predictor on if it helps in most of the blocks and overall, otherwise off.
+    """Switch the predictor on if it helps in most of the blocks and overall.
 
     Args:
         problem: What was fitted.
@@ -513,12 +516,11 @@ def with_predictor(problem: Problem, parameters: Parameters) -> Parameters:
         errors = _values(problem, parameters) - problem.target
         return model_selection.errors_by_part(errors, parts)
 
-    off = replace(parameters, {"predictor.enabled": False})
-    without = part_errors(off)
-    best, least = off, BETTER_BY * root_mean_square(without)
+    without = part_errors(parameters)
+    best, least = parameters, BETTER_BY * root_mean_square(without)
     for tolerance in _TOLERANCES:
-        gate = {"gate.tolerance": _rounded(tolerance * problem.misfit(off))}
-        on = replace(off, {"predictor.enabled": True, **allowed(Parameters, gate)})
+        gate = {"gate.tolerance": _rounded(tolerance * problem.misfit(parameters))}
+        on = replace(parameters, {"predictor.enabled": True, **allowed(Parameters, gate)})
         errors = part_errors(on)
         whole = root_mean_square(errors)
         if whole < least and np.count_nonzero(errors < without) >= errors.size - 1:

@@ -408,6 +408,13 @@ def test_without_a_truth_the_rules_have_to_predict_s2_better() -> None:
         assert chosen([*rest, *both], 100, with_truth=False).name == name
 
 
+def test_only_a_bias_with_a_slope_has_one_before_s2_has_spoken(tuned: Tuned) -> None:
+    named = {each.name: each.parameters.s1 for each in tuned.candidates}
+    assert named["slope"].drift_prior > 0.0
+    assert named["full"].drift_prior > 0.0
+    assert named["bias"].drift_prior == 0.0
+
+
 @pytest.mark.parametrize(
     ("s1", "s2", "related", "name"),
     [
@@ -539,6 +546,18 @@ def test_the_predictor_is_taken_only_where_it_helps() -> None:
     assert error_of(problem, with_it) <= error_of(problem, alone)
     perfect = Problem([series._replace(s1=truth)], truth, series.s2_known > 0, Parameters())
     assert not with_predictor(perfect, alone).predictor.enabled
+
+
+def test_few_samples_of_s2_do_not_switch_the_predictor_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    def with_it(problem: Problem, parameters: Parameters) -> Parameters:
+        return replace(parameters, {"predictor.enabled": True})
+
+    monkeypatch.setattr(sys.modules[tune.__module__], "with_predictor", with_it)
+    given = replace(Parameters(), {"predictor.enabled": True})
+    for seconds, enabled in ((9.0, False), (11.0, True)):
+        series, truth = made(SENSORS, seconds=seconds)
+        assert (series.s2.size >= ENOUGH_S2) == enabled
+        assert tune(series, truth, given).parameters.predictor.enabled == enabled
 
 
 _LAG = {"s2.lag_time_constant": 0.4, "s2.delay": 0.2}
