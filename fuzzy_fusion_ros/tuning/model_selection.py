@@ -105,6 +105,40 @@ def cross_validate(
     """
     candidates = candidates_for(sensors, problem.with_truth)
     best = fits(problem, [each.spec for each in candidates], pool, (seed, 0))
+    found = _cross_validated(problem, candidates, best, pool, (seed, 1))
+    if problem.with_truth:
+        return found
+    s1 = [_s1_errors(each, sensors) for each in problem.recordings]
+    alone = {"s1": plain_surprise(np.concatenate(s1)), "s2": _s2_surprise(problem.recordings)}
+    return [each._replace(surprise=alone.get(each.name, each.surprise)) for each in found]
+
+
+def refitted(
+    problem: Problem, candidate: Candidate, start: Parameters, pool: Pool, seed: int
+) -> FittedCandidate:
+    """Fit and cross-validate a candidate again, from a good start, for another base.
+
+    Args:
+        problem: What is fitted, with that base.
+        candidate: The candidate.
+        start: Parameters near the best.
+        pool: Where the fits run.
+        seed: Seed of all of them.
+    """
+    spec = candidate.spec
+    point = spec.space.point_of(start)
+    search = search_of(problem, spec, point, spec.evaluations.part, (seed, 3), steps=REFIT_STEPS)
+    return _cross_validated(problem, [candidate], pool.run([search]), pool, (seed, 4))[0]
+
+
+def _cross_validated(
+    problem: Problem,
+    candidates: Sequence[Candidate],
+    best: Sequence[Minimum],
+    pool: Pool,
+    seed: tuple[int, ...],
+) -> list[FittedCandidate]:
+    """Fit every candidate, from the best fit of it to all parts, to all but each part."""
     parts = parts_of(problem)
     folds = folds_of(parts)
     searches = [
@@ -113,7 +147,7 @@ def cross_validate(
             candidate.spec,
             fit.point,
             candidate.spec.evaluations.part,
-            (seed, 1, number, k),
+            (*seed, number, k),
             problem.counted & ~fold,
             REFIT_STEPS,
         )
@@ -121,15 +155,10 @@ def cross_validate(
         for k, fold in enumerate(folds)
     ]
     answers = iter(pool.run(searches))
-    found = [
+    return [
         _validated(problem, candidate, fit, parts, [next(answers) for _ in folds])
         for candidate, fit in zip(candidates, best, strict=True)
     ]
-    if problem.with_truth:
-        return found
-    s1 = [_s1_errors(each, sensors) for each in problem.recordings]
-    alone = {"s1": plain_surprise(np.concatenate(s1)), "s2": _s2_surprise(problem.recordings)}
-    return [each._replace(surprise=alone.get(each.name, each.surprise)) for each in found]
 
 
 def _s1_errors(series: Series, sensors: Characteristics) -> Reals:

@@ -17,7 +17,7 @@ from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import allowed, flatten, replace
 from fuzzy_fusion_ros.self_tuning.homes import safety_net
 from fuzzy_fusion_ros.tuning import baselines, model_selection
-from fuzzy_fusion_ros.tuning.candidates import candidates_for
+from fuzzy_fusion_ros.tuning.candidates import Candidate, candidates_for
 from fuzzy_fusion_ros.tuning.characterise import (
     FEWEST_S1,
     TINY,
@@ -25,11 +25,11 @@ from fuzzy_fusion_ros.tuning.characterise import (
     characterise,
 )
 from fuzzy_fusion_ros.tuning.errors import TuneError
-from fuzzy_fusion_ros.tuning.fit import REFIT_STEPS, FitSpec, Problem, search_of
+from fuzzy_fusion_ros.tuning.fit import Problem
 from fuzzy_fusion_ros.tuning.kernel import joined, outputs
 from fuzzy_fusion_ros.tuning.model_selection import FittedCandidate
 from fuzzy_fusion_ros.tuning.reference import reference_without_truth
-from fuzzy_fusion_ros.tuning.search import Pool, Progress, minimise
+from fuzzy_fusion_ros.tuning.search import Pool, Progress
 from fuzzy_fusion_ros.tuning.together import oddities, typical
 
 NO_WORSE = 1.002
@@ -236,10 +236,10 @@ def tune_to(
     s2_samples = sum(int(each.s2_known[-1]) for each in problem.recordings)
     is_long = s2_samples >= model_selection.ENOUGH_S2
     best = model_selection.chosen(candidates, s2_samples, with_truth, sensors.related)
-    spec = _spec_of(best, sensors, with_truth)
-    final = best.parameters
+    named = {each.name: each for each in candidates_for(sensors, with_truth)}
     if before.s2.outlier_threshold <= 0.0:
-        final = bounded_if_cheap(problem, spec, final, seed)
+        best = bounded_if_cheap(problem, named[best.name], best, threads, seed)
+    final = best.parameters
     if with_truth:
         final = simplified(problem, final)
         if is_long:  # else it does not show what that costs
@@ -266,9 +266,9 @@ def tune_to(
         with_truth=with_truth,
         target=problem.target,
         counted=problem.counted,
-        candidates=tuple(candidates),
+        candidates=tuple(best if each.name == best.name else each for each in candidates),
         chosen=best.name,
-        at_limit=spec.space.at_limit(after),
+        at_limit=named[best.name].spec.space.at_limit(after),
         before=before,
         before_error=error_of(problem, before),
         parameters=after,
@@ -329,33 +329,33 @@ def _begun(trial: Trial) -> _Begun:
 
 
 def bounded_if_cheap(
-    problem: Problem, spec: FitSpec, parameters: Parameters, seed: int
-) -> Parameters:
+    problem: Problem,
+    candidate: Candidate,
+    fitted: FittedCandidate,
+    threads: int | None,
+    seed: int,
+) -> FittedCandidate:
     """Remove the bound on S2's innovations if it costs too much, and then fit without it.
 
     Garbage of S2 is often missing from a recording, and correct samples of it are seldom far off.
 
     Args:
         problem: What was fitted.
-        spec: How.
-        parameters: The result; without the observer there is nothing to bound.
-        seed: Seed of the second fit.
+        candidate: The candidate.
+        fitted: The fit of it; without the observer there is nothing to bound.
+        threads: As in :func:`tune_to`.
+        seed: Seed of the second fit, which is cross-validated as the first.
     """
-    unbounded = replace(parameters, {"s2.outlier_threshold": 0.0})
-    if not parameters.s1.bias_time_constant > 0.0:
-        return unbounded
-    if problem.misfit(parameters) <= BOUNDING_COSTS * problem.misfit(unbounded):
-        return parameters
+    bounded = fitted.parameters
+    unbounded = replace(bounded, {"s2.outlier_threshold": 0.0})
+    if not bounded.s1.bias_time_constant > 0.0:
+        return fitted._replace(parameters=unbounded)
+    if problem.misfit(bounded) <= BOUNDING_COSTS * problem.misfit(unbounded):
+        return fitted
     free = problem._replace(base=replace(problem.base, {"s2.outlier_threshold": 0.0}))
-    start = spec.space.point_of(unbounded)
-    refit = search_of(free, spec, start, spec.evaluations.part, (seed, 3), steps=REFIT_STEPS)
-    return replace(free.base, spec.space.values(minimise(refit).point))
-
-
-def _spec_of(chosen: FittedCandidate, sensors: Characteristics, with_truth: bool) -> FitSpec:
-    """Return how the chosen candidate was fitted."""
-    candidates = candidates_for(sensors, with_truth)
-    return next(each.spec for each in candidates if each.name == chosen.name)
+    # rare and short, so that progress, which is complete by now, does not count it
+    with Pool(threads, lambda done, of: None, 0) as pool:
+        return model_selection.refitted(free, candidate, unbounded, pool, seed)
 
 
 def with_low_pass(problem: Problem, sensors: Characteristics, parameters: Parameters) -> Parameters:

@@ -30,8 +30,8 @@ from fuzzy_fusion_ros.tuning import (
     tune,
     tune_to,
 )
-from fuzzy_fusion_ros.tuning.candidates import candidates_for
-from fuzzy_fusion_ros.tuning.fit import FitSpec, Problem
+from fuzzy_fusion_ros.tuning.candidates import Candidate, candidates_for
+from fuzzy_fusion_ros.tuning.fit import Problem
 from fuzzy_fusion_ros.tuning.kernel import joined
 from fuzzy_fusion_ros.tuning.model_selection import (
     BLOCKS,
@@ -267,14 +267,16 @@ def test_innovations_of_s2_are_bounded_where_that_costs_next_to_nothing(recordin
     problem = Problem([series], truth, series.s2_known > 0, Parameters())
     weights = {f"aggregator.weight.{each}": 0.0 for each in _WEIGHTS}
     learning = replace(Parameters(), {**weights, "s1.bias_time_constant": 0.5, **_LAG})
-    bounded = replace(learning, {"s2.outlier_threshold": OUTLIER_THRESHOLD})
-    spec = fit_of("bias", series)
-    assert bounded_if_cheap(problem, spec, bounded, 0) == bounded
-    blend = replace(bounded, {"s1.bias_time_constant": 0.0})
-    assert bounded_if_cheap(problem, spec, blend, 0).s2.outlier_threshold == 0.0
+    bounded = fitted_as(replace(learning, {"s2.outlier_threshold": OUTLIER_THRESHOLD}))
+    candidate = candidate_of("bias", series)
+    assert bounded_if_cheap(problem, candidate, bounded, 2, 0) == bounded
+    blend = fitted_as(replace(bounded.parameters, {"s1.bias_time_constant": 0.0}))
+    found = bounded_if_cheap(problem, candidate, blend, 2, 0)
+    assert found.parameters.s2.outlier_threshold == 0.0
+    assert found.unseen == blend.unseen
 
 
-def test_where_the_bound_is_removed_the_rest_is_fitted_without_it(
+def test_where_the_bound_is_removed_the_rest_is_fitted_and_validated_without_it(
     recording: Made, patch: pytest.MonkeyPatch
 ) -> None:
     series, truth = recording
@@ -284,16 +286,34 @@ def test_where_the_bound_is_removed_the_rest_is_fitted_without_it(
         series.s2_known > 0,
         replace(Parameters(), {"s2.outlier_threshold": 0.1}),
     )
-    spec = fit_of("bias", series)
+    candidate = candidate_of("bias", series)
+    space = candidate.spec.space
     off = {"s1.bias_time_constant": 50.0, **_LAG}
-    tight = replace(problem.base, {**spec.space.values(spec.space.point({})), **off})
-    loose = replace(tight, {"s2.outlier_threshold": 0.0})
-    assert problem.misfit(tight) > BOUNDING_COSTS * problem.misfit(loose)
-    found = bounded_if_cheap(problem, spec, tight, 0)
-    assert found.s2.outlier_threshold == 0.0
-    assert found.s1.bias_time_constant != loose.s1.bias_time_constant
-    assert problem.misfit(found) < 0.9 * problem.misfit(loose)
-    assert bounded_if_cheap(problem, spec, tight, 0) == found
+    tight = fitted_as(replace(problem.base, {**space.values(space.point({})), **off}))
+    loose = replace(tight.parameters, {"s2.outlier_threshold": 0.0})
+    assert problem.misfit(tight.parameters) > BOUNDING_COSTS * problem.misfit(loose)
+    found = bounded_if_cheap(problem, candidate, tight, 2, 0)
+    assert found.parameters.s2.outlier_threshold == 0.0
+    assert found.parameters.s1.bias_time_constant != loose.s1.bias_time_constant
+    assert found.fitted == problem.misfit(found.parameters) < 0.9 * problem.misfit(loose)
+    assert len(found.unseen_parts) == BLOCKS
+    assert found.unseen == pytest.approx(found.fitted, rel=0.1)
+    assert bounded_if_cheap(problem, candidate, tight, 1, 0) == found
+
+
+def test_the_table_shows_the_fit_without_the_bound(
+    recording: Made, patch: pytest.MonkeyPatch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys.modules[bounded_if_cheap.__module__], "BOUNDING_COSTS", 0.0)
+    tuned = tune(recording.series, recording.truth, threads=2)
+    assert tuned.parameters.s2.outlier_threshold == 0.0
+    shown = next(each for each in tuned.candidates if each.name == tuned.chosen)
+    assert shown.parameters.s2.outlier_threshold == 0.0
+    problem = Problem(
+        [recording.series], recording.truth, recording.series.s2_known > 0, Parameters()
+    )
+    assert shown.fitted == problem.misfit(shown.parameters)
+    assert tuned.recordings[0].unseen_error == shown.unseen
 
 
 def test_the_largest_threshold_that_may_be_given_bounds_nothing(tuned: Tuned, unseen: Made) -> None:
@@ -307,10 +327,14 @@ def test_the_largest_threshold_that_may_be_given_bounds_nothing(tuned: Tuned, un
     assert (off == largest).all()
 
 
-def fit_of(name: str, series: Series) -> FitSpec:
-    """Return how a candidate is fitted to a recording with a truth."""
-    candidates = candidates_for(characterise(series))
-    return next(each.spec for each in candidates if each.name == name)
+def candidate_of(name: str, series: Series) -> Candidate:
+    """Return a candidate for a recording with a truth."""
+    return next(each for each in candidates_for(characterise(series)) if each.name == name)
+
+
+def fitted_as(parameters: Parameters) -> FittedCandidate:
+    """Return a fit with these parameters and made-up errors."""
+    return FittedCandidate("bias", "", parameters, 1.0, 2.0, (2.0,) * BLOCKS)
 
 
 def test_the_safety_net_does_not_fire_at_the_first_innovations_to_the_estimates_harm(
@@ -569,7 +593,7 @@ def test_a_fitted_lag_at_the_end_of_its_range_is_said_to_be_there(
 ) -> None:
     assert tuned.at_limit == ()
     assert "search range" not in outcome(tuned, "")
-    space = fit_of("bias", recording.series).space
+    space = candidate_of("bias", recording.series).spec.space
     longest = {each.name: each.high for each in space.axes}
     late = replace(tuned.parameters, {"s2.delay": longest["s2.delay"]})
     assert space.at_limit(late) == ("s2.delay",)
