@@ -19,6 +19,12 @@ from fuzzy_fusion_ros.tuning.tune import Tuned
 WORSE = 1.001
 """The fit is worse than a sensor alone if its error is larger by more than rounding explains."""
 
+HARDLY_BETTER = 0.9
+"""An error after the fit above this share of that of the better sensor alone is hardly a gain."""
+
+HALF = 0.7
+"""Below this correlation, S1 explains less than half of the variance of S2."""
+
 
 def described(sensors: Characteristics, unit: str) -> list[str]:
     """Return what the sensors are like, one line each.
@@ -146,7 +152,7 @@ def recording_notes(tuned: Tuned, unit: str, of_one_bag: bool = False) -> list[l
 
 
 def outcome(tuned: Tuned, unit: str) -> str:
-    """Return the gain in one line, with a warning if S2 has said too little to rely on it.
+    """Return the gain in one line, with a warning where it is small or S2 has said too little.
 
     Args:
         tuned: The result of tuning.
@@ -159,7 +165,23 @@ def outcome(tuned: Tuned, unit: str) -> str:
         + _bound(tuned)
         + _limits(tuned)
         + ("" if tuned.parameters.predictor.enabled else "; the predictor would not help")
+        + _gain_over_one_sensor(tuned, u)
         + _warning(tuned)
+    )
+
+
+def _gain_over_one_sensor(tuned: Tuned, u: str) -> str:
+    """Return what to do where the fusion hardly pays, ``""`` where it does."""
+    if tuned.chosen in {"s1", "s2"}:
+        return f"; {tuned.chosen} alone is as good as anything: you do not need the node"
+    alone = min(("s1", "s2"), key=tuned.baseline_errors.__getitem__)
+    error = tuned.baseline_errors[alone]
+    if tuned.error <= HARDLY_BETTER * error:
+        return ""
+    how_much = "hardly" if tuned.error < error else "not"
+    return (
+        f". WARNING: this is {how_much} better than {alone} alone ({error:.4g}{u}): run check; "
+        "is S2 right throughout, also at rest?"
     )
 
 
@@ -284,10 +306,11 @@ def _lag(sensors: Characteristics) -> str:
     why = _why_no_lag(sensors)
     if why:
         return f"S2's lag is not identifiable{why}"
+    certainty = "a" if lag.correlation < TRUSTED else "little more than a"
     seen = (
         f" (seen through it, S1 and S2 correlate by {lag.correlation:.2f})"
-        if lag.correlation >= TRUSTED
-        else f"; this is a guess: seen through it, S1 explains little of S2 "
+        if lag.correlation >= HALF
+        else f"; this is {certainty} guess: seen through it, S1 explains little of S2 "
         f"(correlation {lag.correlation:.2f})"
     )
     return (

@@ -629,6 +629,28 @@ def test_few_samples_of_s2_without_a_truth_are_warned_of(tuned: Tuned) -> None:
     assert "WARNING: 49 samples of S2 and no truth" in outcome(few._replace(with_truth=False), "")
 
 
+def test_a_fit_hardly_better_than_a_sensor_alone_is_warned_of(tuned: Tuned) -> None:
+    poor = tuned._replace(error=0.6641, baseline_errors={"s1": 1.0, "s2": 0.7117})
+    text = outcome(poor, "m/s")
+    assert ". WARNING: this is hardly better than s2 alone (0.7117 m/s): run check; is S2" in text
+    assert "WARNING: this is not better" in outcome(poor._replace(error=0.72), "m/s")
+    assert "WARNING" not in outcome(poor._replace(error=0.64), "m/s")
+    alone = outcome(poor._replace(chosen="s2"), "m/s")
+    assert "s2 alone is as good as anything: you do not need the node" in alone
+    assert "WARNING" not in alone
+
+
+@pytest.mark.parametrize(
+    ("correlation", "words"),
+    [(0.45, "this is a guess"), (0.54, "this is little more than a guess"), (0.75, "correlate by")],
+)
+def test_a_lag_of_little_correlation_is_not_printed_as_a_fact(
+    tuned: Tuned, correlation: float, words: str
+) -> None:
+    lag = tuned.sensors.lag._replace(correlation=correlation)
+    assert words in described(tuned.sensors._replace(lag=lag), "")[2]
+
+
 def test_the_comments_tell_all(tuned: Tuned) -> None:
     text = "\n".join(comments(tuned, "rad", "a bag"))
     for part in ("Made by tune from a bag.", "S1: 25 Hz", "unseen", "(chosen)", "kalman_bias"):
