@@ -108,7 +108,7 @@ def check(sensors: TwoSensors, most_points: int = MOST_POINTS) -> Check:
         for each, own in zip(both, periods, strict=True)
     ]
     characters = {each.usable.name: each.character for each in judged if each.character}
-    findings = [*same, *pair.same_units(sensors)]
+    findings = [*same, *pair.same_units(sensors), *pair.wrong_period(sensors)]
     findings += [finding for each in judged for finding in each.findings]
     if len(characters) < 2 or any(each.about == "same topic" for each in same):
         return Check(characters, np.nan, None, _sorted(findings))

@@ -13,7 +13,7 @@ from fuzzy_fusion_ros.checking.finding import Finding, Level
 from fuzzy_fusion_ros.checking.motion import Motion
 from fuzzy_fusion_ros.checking.relation import NEAR_ONE, Kind, Relation
 from fuzzy_fusion_ros.checking.samples import TwoSensors
-from fuzzy_fusion_ros.messages.units import INTEGRALS, RATES
+from fuzzy_fusion_ros.messages.units import INTEGRALS, RATES, TURNS
 
 MARGIN = 1.5
 """Evidence by which a fault must be more credible than sensors as they should be: 4.5 to 1."""
@@ -76,6 +76,9 @@ OTHER_MOVES = (1.0, 2.0)
 COPIED = 0.99
 """Share of samples that both sensors have in common from which on they are one sensor."""
 
+WHOLE = 0.01
+"""A period divides a turn if their ratio is this close to a whole number: 3.14 is meant as pi."""
+
 EXCHANGE_RATE = "swap --s1 and --s2, and set s1.kind: rate"
 
 
@@ -117,6 +120,24 @@ def same_units(sensors: TwoSensors) -> list[Finding]:
             Finding(Level.ERROR, "rate", f"{text}: one is the rate of the other", {}, remedy[kind])
         ]
     return [Finding(Level.ERROR, "units", text, {}, "choose another topic or field")]
+
+
+def wrong_period(sensors: TwoSensors) -> list[Finding]:
+    """Judge whether ``signal.period``, if set, divides a turn in a known unit of the signal."""
+    named = {"the signal": sensors.unit, "s2": sensors.s2.unit, "s1": sensors.s1.unit}
+    angles = [(name, unit) for name, unit in named.items() if unit in TURNS]
+    if sensors.period == 0.0 or not angles:
+        return []
+    (name, unit), *_ = angles
+    turn = TURNS[unit]
+    periods = turn / sensors.period
+    if abs(periods - max(round(periods), 1)) < WHOLE:
+        return []
+    text = (
+        f"signal.period is {sensors.period:.10g}, but {name} is in {unit}, "
+        f"where a turn is {turn:.16g}"
+    )
+    return [Finding(Level.WARNING, "period", text, {}, f"signal.period: {turn:.16g}")]
 
 
 def kind_by_units(sensors: TwoSensors) -> Kind | None:

@@ -25,6 +25,7 @@ WORTH_REPEATING = frozenset(
         "copy",
         "exchanged",
         "overflow",
+        "period",
         "publishers",
         "rate",
         "same topic",

@@ -59,6 +59,7 @@ class TwoSensors(NamedTuple):
         start_ns: Arrival time that the seconds in texts count from, nanoseconds.
         period: ``signal.period``; 0 unless it is set.
         is_rate: Whether ``s1.kind`` says that S1 is a rate.
+        unit: ``signal.unit``; ``""`` unless it is set.
     """
 
     s1: SensorSamples
@@ -66,6 +67,7 @@ class TwoSensors(NamedTuple):
     start_ns: int
     period: float = 0.0
     is_rate: bool = False
+    unit: str = ""
 
 
 def two_sensors(
@@ -80,7 +82,8 @@ def two_sensors(
         parameters: Say whether the signal wraps, whether S1 is a rate, and its unit, which
             overrides what the types state.
     """
-    if parameters.signal.unit:
+    signal = parameters.signal
+    if signal.unit:
         s1, s2 = s1._replace(unit=""), s2._replace(unit="")
     is_rate = parameters.s1.kind == "rate"
-    return TwoSensors(s1, s2, start_ns, parameters.signal.period, is_rate)
+    return TwoSensors(s1, s2, start_ns, signal.period, is_rate, signal.unit)

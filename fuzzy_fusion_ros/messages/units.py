@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 
 from fuzzy_fusion_ros.messages.codec import ScalarCodec
@@ -68,6 +69,9 @@ def unit_of(type_name: str, field: str) -> str:
             return unit
     return ""
 
+
+TURNS = {"rad": 2.0 * math.pi, "rad/s": 2.0 * math.pi, "deg": 360.0}
+"""A full turn, by the unit of an angle or of its rate."""
 
 LARGEST_CORRECTION = 2.0
 """A scale within this factor of 1 or -1 corrects a sensor; another one changes its unit."""

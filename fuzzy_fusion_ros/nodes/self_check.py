@@ -6,7 +6,9 @@ from __future__ import annotations
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
 from fuzzy_fusion_ros.checking.finding import Finding
+from fuzzy_fusion_ros.checking.pair import wrong_period
 from fuzzy_fusion_ros.checking.recent import Stream, check_recent, warnings
+from fuzzy_fusion_ros.checking.samples import two_sensors
 from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.ros.diagnostics import Level, Report, Summary
@@ -32,7 +34,7 @@ class SelfCheck:
     def __init__(
         self, log: RcutilsLogger, s1: SensorInput, s2: SensorInput, parameters: Parameters
     ) -> None:
-        """Start without samples.
+        """Start without samples; warn of what the parameters alone show.
 
         Args:
             log: Where each finding is said once, until it is gone.
@@ -46,8 +48,11 @@ class SelfCheck:
         self._parameters = parameters
         self._reports = 0
         self._due = FIRST
-        self._last: dict[str, Finding] = {}
-        self._said: dict[str, Finding] = {}
+        known = wrong_period(two_sensors(self.s1.samples(), self.s2.samples(), 0, parameters))
+        for each in known:
+            log.warning(str(each))
+        self._said: dict[str, Finding] = {each.about: each for each in known}
+        self._last = self._said
 
     def restart(self) -> None:
         """Forget all samples: timestamps or the clock have jumped."""

@@ -396,3 +396,32 @@ def test_a_fix_multiplies_the_scale_that_is_set() -> None:
     degrees = sensor("s1", T1, 57.29578 * motion(T1) + NOISE)._replace(scale=-1.0)
     found = both(degrees, sensor("s2", T2, motion(T2 - LAG) + 0.01 * NOISE2))
     assert only(found.findings, "scale").remedy == "s1.scale: -0.01745329"
+
+
+@pytest.mark.parametrize(
+    ("period", "unit1", "unit2", "given", "text"),
+    [
+        (360.0, "rad/s", "rad", "", "s2 is in rad, where a turn is 6.283185307179586"),
+        (360.0, "rad/s", "", "", "s1 is in rad/s, where a turn is 6.283185307179586"),
+        (360.0, "", "", "rad", "the signal is in rad, where a turn is 6.283185307179586"),
+        (2.0 * math.pi, "deg", "deg", "", "s2 is in deg, where a turn is 360"),
+        (2.0 * math.pi, "rad/s", "rad", "", ""),
+        (math.pi, "rad/s", "rad", "", ""),  # an axis without direction
+        (3.14, "rad/s", "rad", "", ""),
+        (360.0, "deg", "deg", "", ""),
+        (360.0, "", "", "", ""),
+        (0.0, "rad/s", "rad", "", ""),
+    ],
+)
+def test_a_period_in_another_unit_is_named(
+    period: float, unit1: str, unit2: str, given: str, text: str
+) -> None:
+    s1, s2 = sensor("s1", T1, rate(T1), unit=unit1), sensor("s2", T2, motion(T2), unit=unit2)
+    found = check(TwoSensors(s1, s2, START_NS, period, is_rate=True, unit=given)).findings
+    if not text:
+        assert "period" not in {each.about for each in found}
+        return
+    finding = only(found, "period")
+    assert finding.text == f"signal.period is {period:.10g}, but {text}"
+    assert finding.level is Level.WARNING
+    assert finding.remedy == f"signal.period: {text.split()[-1]}"

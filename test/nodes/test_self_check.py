@@ -53,3 +53,17 @@ def test_of_good_sensors_nothing_is_said(harness: Harness, diagnostics: Diagnost
     for _ in range(2):
         said = diagnostics.next("fusion_node: check")
         assert (said.level, said.message) == (OK, "no problems found")
+
+
+def test_a_period_in_another_unit_is_said_at_the_start_and_once(
+    harness: Harness, diagnostics: Diagnostics, log: Log
+) -> None:
+    tilt = {"s2.type": "sensor_msgs/msg/Imu", "s2.field": "roll(linear_acceleration)"}
+    harness.fusion_node({"signal.period": 360.0, **tilt})
+    text = "signal.period is 360, but s2 is in rad, where a turn is 6.283185307179586"
+    log.wait_for(text)
+    for _ in range(2):
+        said = diagnostics.next("fusion_node: check")
+        assert said.level == WARN
+        assert text in said.message
+    assert log.count(text) == 1

@@ -19,6 +19,7 @@ from fuzzy_fusion_ros.offline.check import check_bag, survey_bag, warnings_of
 from fuzzy_fusion_ros.offline.topics import Topics
 from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 
 BAGS = Path(__file__).resolve().parents[2] / "bags"
 
@@ -131,6 +132,15 @@ def test_frames_of_two_publishers_on_one_topic_are_named(
     assert [each.about for each in findings] == ["publishers"] * is_named
     with open_bag(tmp_path / "bag") as bag:
         assert len(warnings_of(bag, Topics(), Parameters())) == is_named
+
+
+def test_replay_score_and_tune_repeat_a_period_in_another_unit(tmp_path: Path) -> None:
+    path = write_scalars(tmp_path / "bag", scalars())
+    for period, count in ((360.0, 1), (2.0 * math.pi, 0)):
+        parameters = replace(Parameters(), {"signal.period": period, "signal.unit": "rad"})
+        with open_bag(path) as bag:
+            found = warnings_of(bag, Topics(), parameters)
+        assert sum(each.startswith("WARN signal.period is 360") for each in found) == count
 
 
 JOINT = Topics("/joints", "/angle", fields={"s1": "position[3]"})
