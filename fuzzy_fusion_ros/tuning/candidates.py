@@ -14,13 +14,13 @@ from fuzzy_fusion_ros.tuning.fit import Evaluations, FitSpec
 from fuzzy_fusion_ros.tuning.search import MEMBERS
 from fuzzy_fusion_ros.tuning.space import (
     LAGS,
-    SURE,
     WEIGHTS,
     Axis,
     Follow,
     Space,
     aggregator_axes,
     bias_axes,
+    has_lag_to_fit,
     noise_axis,
     nothing_follows,
     rule_axes,
@@ -69,7 +69,7 @@ def candidates_for(sensors: Characteristics, with_truth: bool = True) -> list[Ca
     Args:
         sensors: What the sensors are like.
         with_truth: Whether the target is a truth; without, the observer is fitted to what S2 says,
-            and keeps S2's lag as measured unless that is sure.
+            and keeps S2's lag as measured unless that is sure, or a lower bound.
     """
     lost = LOST_AFTER * sensors.s2_interval + sensors.s2_delivery
     patient = max(lost, 2.0 * sensors.s2_gap + sensors.s2_delivery)
@@ -133,7 +133,7 @@ def _observer(name: str, sensors: Characteristics, lost: float, with_truth: bool
         {bias: 0.1 * usual, drift: 300.0 * sensors.span, "aggregator.weight.large": 1.0 / 3.0},
     )
     if not with_truth:
-        if sensors.lag.correlation < SURE or sensors.moves_one_way:
+        if not has_lag_to_fit(sensors):
             fixed |= {each.name: each.usual for each in axes if each.name in LAGS}
             axes = [each for each in axes if each.name not in LAGS]
         axes.append(noise_axis(sensors))

@@ -228,7 +228,7 @@ def bias_axes(sensors: Characteristics, bias_time: float) -> list[Axis]:
     found = trusted(sensors)
     lag = max(found.total, sensors.s1_interval)
     longest = max(3.0 * lag, 1.0, 2.0 * shortest)
-    sure = 0.06 if sensors.lag.correlation > SURE else 0.02
+    sure = 0.06 if sensors.lag.correlation > SURE and not sensors.lag_at_limit else 0.02
     wander = bias_wander(sensors)
     axes = [
         Axis(
@@ -267,10 +267,20 @@ def noise_axis(sensors: Characteristics) -> Axis:
 
 
 def trusted(sensors: Characteristics) -> Lag:
-    """Return the lag as measured, or none where that is no more than a guess."""
+    """Return the lag to start a fit from, or none where that is no more than a guess.
+
+    It need not be identifiable as S2's: a fit bridges whatever time is between the stamps, also
+    that between two clocks, and the longest lag searched for is nearer to a longer one than none.
+    """
     lag = sensors.lag
     is_measured = lag.correlation >= TRUSTED and not sensors.moves_one_way
     return lag if is_measured else Lag(0.0, 0.0, lag.correlation)
+
+
+def has_lag_to_fit(sensors: Characteristics) -> bool:
+    """Return whether a fit without a truth moves the lag: it is sure, or a lower bound only."""
+    enough = TRUSTED if sensors.lag_at_limit else SURE
+    return sensors.lag.correlation >= enough and not sensors.moves_one_way
 
 
 def slope_axes(sensors: Characteristics) -> list[Axis]:

@@ -14,6 +14,7 @@ from tuning.standins import standin
 
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, methods
 from fuzzy_fusion_ros.batch.arrays import Reals, Stamps, root_mean_square
+from fuzzy_fusion_ros.batch.lag import TRUSTED
 from fuzzy_fusion_ros.batch.series import Series, fusion, run, values
 from fuzzy_fusion_ros.core.estimator import FUSED
 from fuzzy_fusion_ros.parameters.errors import ParameterError
@@ -43,6 +44,7 @@ from fuzzy_fusion_ros.tuning.model_selection import (
     parts_of,
 )
 from fuzzy_fusion_ros.tuning.report import as_json, comments, described, outcome
+from fuzzy_fusion_ros.tuning.space import SURE
 from fuzzy_fusion_ros.tuning.together import oddities, typical
 from fuzzy_fusion_ros.tuning.tune import (
     BOUNDING_COSTS,
@@ -246,6 +248,20 @@ def test_without_a_truth_an_s1_that_needs_no_bias_is_left_alone(patch: pytest.Mo
     result = tune(series._replace(s2=poor))
     value = run(fusion(result.parameters), series._replace(s2=poor)).value
     assert rmse(value, Made(series, truth)) < 0.01
+
+
+def test_a_lag_beyond_its_search_range_is_fitted_without_a_truth(
+    patch: pytest.MonkeyPatch,
+) -> None:
+    series, truth = made(Sensors(delay=3.0, lag=0.0))  # a twentieth of 40 s is 2 s
+    noise = 0.25 * np.random.default_rng(5).standard_normal(series.s2.size)
+    noisy = series._replace(s2=series.s2 + noise)
+    result = tune(noisy)
+    assert result.sensors.lag_at_limit
+    assert TRUSTED < result.sensors.lag.correlation < SURE
+    found = result.parameters.s2
+    assert found.delay + found.lag_time_constant == pytest.approx(3.0, abs=0.3)
+    assert rmse(run(fusion(result.parameters), noisy).value, Made(noisy, truth)) < 0.2
 
 
 def test_the_bias_is_learnt_as_quickly_as_costs_next_to_nothing(recording: Made) -> None:
