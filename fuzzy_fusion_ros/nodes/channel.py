@@ -141,11 +141,14 @@ class Channel:
         parameters = self.fusion.parameters
         s1_timeout = self.s1.guard.timeout(parameters.s1.timeout)
         s2_timeout = self.s2.guard.timeout(parameters.s2.timeout)
-        stale = self.s1.age > s1_timeout and self.s2.age > s2_timeout
+        silent = self.s1.age > s1_timeout and self.s2.age > s2_timeout
+        heard = self.s1.subscription.received + self.s2.subscription.received > 0
         waiting = [f"{name} = {value}" for name, value in held.items()]
         absent = output.lacking[self.name], self._joint.withheld[self.name]
         yield self._named(
-            self.report.report(stale, output, self.fusion, work, self._time, waiting, absent)
+            self.report.report(
+                silent and heard, output, self.fusion, work, self._time, waiting, absent
+            )
         )
         yield self._named(self._s1_report.report(s1_timeout))
         yield self._named(self._s2_report.report(s2_timeout))

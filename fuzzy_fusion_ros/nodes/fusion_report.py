@@ -67,7 +67,8 @@ class FusionReport:
         """Report the mode and the node's numbers.
 
         Args:
-            stale: Whether both sensors have been silent past their timeouts.
+            stale: Whether both sensors have been silent past their timeouts, not counting the time
+                before the first message of either.
             output: What has been published.
             fusion: The fusion.
             work: How long each message took since the last report, seconds.

@@ -92,6 +92,22 @@ def test_diagnostics_name_the_mode_of_a_lost_sensor(
     assert (lone.level, lone.values["mode"]) == (WARN, "S1_ONLY")
 
 
-def test_nothing_at_all_is_stale_too(harness: Harness, diagnostics: Diagnostics) -> None:
+def test_before_the_first_message_the_node_waits_however_long(
+    harness: Harness, log: Log, diagnostics: Diagnostics
+) -> None:
     harness.fusion_node(SHORT)
+    assert diagnostics.saying("fusion_node: s1", "silent for").level == WARN
+    assert diagnostics.saying("fusion_node: s2", "silent for").level == WARN
+    for _ in range(2):
+        fusion = diagnostics.next("fusion_node: fusion")
+        assert (fusion.level, fusion.values["mode"]) == (OK, "WAITING")
+    assert log.count("STALE") == 0
+
+
+def test_a_sensor_that_has_sent_only_garbage_is_stale(
+    harness: Harness, diagnostics: Diagnostics
+) -> None:
+    harness.fusion_node(SHORT)
+    feed = harness.feed()
+    feed.publish(feed.s1, Sample(0, 1.0))
     assert diagnostics.saying("fusion_node: fusion", "STALE").level == ERROR
