@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TypedDict
 
@@ -146,6 +146,12 @@ def topics_of(arguments: argparse.Namespace) -> Topics:
             )
         fields.update(dict.fromkeys(roles, path))
     return Topics(**names, fields=fields, channel=arguments.channel)
+
+
+def other_topics(arguments: argparse.Namespace, roles: Sequence[str] = ROLES) -> dict[str, str]:
+    """Return the topics of some roles that are not the defaults, by role."""
+    topics = topics_of(arguments).by_role()
+    return {role: topics[role] for role in roles if topics[role] != f"/{role}"}
 
 
 def window_of(arguments: argparse.Namespace) -> Window:

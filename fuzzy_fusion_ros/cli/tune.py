@@ -12,6 +12,7 @@ against a reference reconstructed from both sensors with hindsight.
 from __future__ import annotations
 
 import argparse
+import shlex
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -74,9 +75,10 @@ def _report(result: TuneResult, given: argparse.Namespace) -> None:
     parts = [report.described(tuned.sensors, unit), report.candidate_lines(tuned, unit)]
     if names[1:]:
         parts.append(report.recording_lines(tuned, unit, names))
-    parts.append(
-        [report.outcome(tuned, unit), f"parameters written; run the node with: {_command(given)}"]
-    )
+    commands = [f"run the node with: {_node_command(given)}"]
+    if tuned.with_truth or given.no_truth:
+        commands.insert(0, f"score them with: {_score_command(given)}")
+    parts.append([report.outcome(tuned, unit), "parameters written", *commands])
     show("\n\n".join("\n".join(each) for each in parts), on_stderr=given.json == "-")
     if given.plot:
         _plot(result, given.plot)
@@ -120,15 +122,23 @@ def _files(result: TuneResult, path: str) -> Iterator[tuple[int, Path]]:
     yield from zip(shown, one_for_each(path, names), strict=True)
 
 
-def _command(given: argparse.Namespace) -> str:
+def _node_command(given: argparse.Namespace) -> str:
     """Return the command that runs the node on the topics that were fitted to."""
-    topics = options.topics_of(given)
-    remaps = [
-        f"-r {role}:={topic}"
-        for role, topic in (("s1", topics.s1), ("s2", topics.s2))
-        if topic != f"/{role}"
-    ]
-    return " ".join([called("fusion_node"), "--ros-args --params-file", given.output, *remaps])
+    topics = options.other_topics(given, ("s1", "s2"))
+    remaps = [text for role, topic in topics.items() for text in ("-r", f"{role}:={topic}")]
+    options_of_ros = shlex.join(["--ros-args", "--params-file", given.output, *remaps])
+    return f"{called('fusion_node')} {options_of_ros}"
+
+
+def _score_command(given: argparse.Namespace) -> str:
+    """Return the command that scores the parameters on the bags that were fitted to."""
+    arguments = [*given.bag, "--params", given.output]
+    for role, topic in options.other_topics(given).items():
+        arguments += [f"--{role}", topic]
+    for path in given.field:
+        arguments += ["--field", path]
+    arguments += ["--channel", given.channel] if given.channel else []
+    return f"{called('score')} {shlex.join(arguments)}"
 
 
 def command_line() -> Parser:

@@ -99,7 +99,7 @@ def play(
     """
     with open_bag(bag) as reader:
         wanted = (topics or Topics()).found_in(reader)
-        reader.require_topics(wanted.s1, wanted.s2)
+        wanted.require_in(reader)
         reader.require_messages_from(start)
         prefix = explanation_prefix(wanted.estimate)
         kept = [

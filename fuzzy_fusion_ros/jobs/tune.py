@@ -214,7 +214,7 @@ def _read(
     with open_bag(bag) as reader:
         wanted = topics.found_in(reader)
         if use_truth and topics.truth != Topics().truth:
-            reader.require_topics(wanted.truth)
+            wanted.require_in(reader, "truth")
         base = _with_types(reader, wanted, parameters.channel(wanted.channel))
         recording = read_recording(
             reader,
@@ -297,7 +297,7 @@ def _require_truth_in_all_or_none(read: Sequence[_Read]) -> None:
 
 def _with_types(bag: BagReader, topics: Topics, parameters: Parameters) -> Parameters:
     """Return the parameters with the types and fields that the sensors have in the bag."""
-    bag.require_topics(topics.s1, topics.s2)
+    topics.require_in(bag)
     codecs = codecs_of(bag, topics, parameters)
     return replace(
         parameters,

@@ -131,7 +131,7 @@ def warnings_of(
 def _sensors(
     bag: BagReader, topics: Topics, parameters: Parameters, start_s: float | None
 ) -> dict[str, Source]:
-    bag.require_topics(topics.s1, topics.s2)
+    topics.require_in(bag)
     bag.require_messages_from(start_s)
     names = topics.by_role()
     codecs = codecs_of(bag, topics, parameters, SENSORS)

@@ -29,7 +29,7 @@ def estimate_at(
         MessageError: A field is not in its type.
     """
     topics = topics.found_in(bag)
-    bag.require_topics(topics.s1, topics.s2)
+    topics.require_in(bag)
     bag.require_messages_from(at_s)
     fusion = BagFusion(bag, topics, parameters)
     at_ns = (bag.start_ns or 0) + round(at_s * 1e9)

@@ -95,7 +95,7 @@ def read_recording(
         MessageError: A field is not in its type.
     """
     topics = topics.found_in(bag)
-    bag.require_topics(topics.s1, topics.s2)
+    topics.require_in(bag)
     codecs = codecs_of(bag, topics, parameters)
     unit = signal_unit(codecs["s1"], codecs["s2"], parameters)
     span = (start_s, end_s, progress)

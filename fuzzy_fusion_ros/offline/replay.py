@@ -85,7 +85,7 @@ def replay(
         MessageError: A field is not in its type.
     """
     topics = topics.found_in(bag)
-    bag.require_topics(topics.s1, topics.s2)
+    topics.require_in(bag)
     bag.require_messages_from(start_s)
     if topics.estimate in {topics.s1, topics.s2}:
         raise BagError(f"topic {topics.estimate} cannot be both a sensor and the estimate")

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 from fuzzy_fusion_ros.messages import ScalarCodec
-from fuzzy_fusion_ros.parameters.errors import MessageError
+from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
 from fuzzy_fusion_ros.parameters.fusion import Parameters, SensorParameters
 
 if TYPE_CHECKING:
@@ -45,6 +45,20 @@ class Topics(NamedTuple):
     def by_role(self) -> dict[str, str]:
         """Return the topic of each role."""
         return {role: getattr(self, role) for role in ROLES}
+
+    def require_in(self, bag: BagReader, *roles: str) -> None:
+        """Check that the topics of some roles, S1 and S2 unless given, are in a bag.
+
+        Raises:
+            BagError: One is not; the error lists the bag's topics and names the options to give.
+        """
+        by_role = self.by_role()
+        missing = [role for role in roles or ("s1", "s2") if by_role[role] not in bag.topics]
+        try:
+            bag.require_topics(*(by_role[role] for role in missing))
+        except BagError as error:
+            options = " and ".join(f"--{role}" for role in missing)
+            raise BagError(f"{error}; give {options}" if bag.topics else str(error)) from None
 
 
 def explanation_prefix(estimate: str, channel: str = "") -> str:

@@ -171,7 +171,7 @@ def score_bag(
     """
     with open_bag(path) as bag:
         topics = topics.found_in(bag)
-        bag.require_topics(topics.s1, topics.s2, topics.truth)
+        topics.require_in(bag, "s1", "s2", "truth")
         recording = read_recording(bag, topics, parameters, None, end_s, progress)
         if start_s is not None and _ends_before(recording, start_s):  # time jumped back before
             recording = read_recording(bag, topics, parameters, start_s, end_s, progress)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -130,7 +131,11 @@ def test_topics_and_span_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[
     output = tmp_path / "a.yaml"
     span = ["--start", "1", "--end", "15"]
     assert main([str(bag), "--s2", "gps", *span, "--output", str(output)]) == 0
-    assert capsys.readouterr().out.rstrip().endswith(f"--params-file {output} -r s2:=/gps")
+    to_score, to_run = capsys.readouterr().out.splitlines()[-2:]
+    assert to_run.endswith(f"--params-file {output} -r s2:=/gps")
+    program, arguments = to_score.split(" score ")
+    assert program == "score them with: fuzzy-fusion"
+    assert score(shlex.split(arguments)) == 0
     assert "--start 1 --end 15" in output.read_text().splitlines()[0]
 
 

@@ -166,6 +166,8 @@ def test_missing_sensors_are_named_with_what_is_there(tmp_path: Path) -> None:
     path = write_scalars(tmp_path / "bag", swing())
     with pytest.raises(BagError, match=r"has no topic '/imu'; it has /estimate \(geometry"):
         read(path, Topics(s1="/imu"))
+    with pytest.raises(BagError, match=r"has no topic '/imu', '/gps'; .*; give --s1 and --s2$"):
+        read(path, Topics(s1="/imu", s2="/gps"))
 
 
 def test_a_span_without_samples_is_refused(tmp_path: Path) -> None:
