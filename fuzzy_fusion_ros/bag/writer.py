@@ -67,6 +67,11 @@ class BagWriter:
         """Close the bag, also after an error: what was written is whole."""
         self.close()
 
+    @property
+    def span_ns(self) -> tuple[int, int]:
+        """The earliest and the latest log time on disk; zeros before the first chunk."""
+        return self._file.span_ns
+
     def add_topic(
         self,
         topic: str,

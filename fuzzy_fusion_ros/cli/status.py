@@ -37,7 +37,7 @@ def command(name: str) -> Callable[[Main], Callable[..., int]]:
 
     Every :class:`FusionError` gives status 2, and so does a library that is not installed. An
     interrupt gives 128 and the signal's number, and so does a reader of stdout that has gone away,
-    as with any Unix tool. No traceback.
+    as with any Unix tool. What an interrupt has to say of the work so far is said. No traceback.
 
     Args:
         name: The command's name, said before each error.
@@ -61,8 +61,8 @@ def command(name: str) -> Callable[[Main], Callable[..., int]]:
                 return UNUSABLE
             except BrokenPipeError:
                 return 128 + signal.SIGPIPE
-            except KeyboardInterrupt:
-                say(name, "interrupted")
+            except KeyboardInterrupt as error:
+                say(name, ": ".join(["interrupted", *map(str, error.args)]))
                 return 128 + signal.SIGINT
 
         return run

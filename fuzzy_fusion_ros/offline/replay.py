@@ -7,6 +7,7 @@ Reads straight through: messages in log order, samples, ``Fusion``, messages.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager
 from itertools import zip_longest
 from pathlib import Path
 from typing import NamedTuple
@@ -83,18 +84,18 @@ def replay(
         BagError: S1 or S2 is not in the bag, nothing is in the span, there is no estimate, or the
             new bag cannot be written.
         MessageError: A field is not in its type.
+        KeyboardInterrupt: It was interrupted; the new bag holds what came before.
     """
     topics = topics.found_in(bag)
     topics.require_in(bag)
     bag.require_messages_from(start_s)
     if topics.estimate in {topics.s1, topics.s2}:
         raise BagError(f"topic {topics.estimate} cannot be both a sensor and the estimate")
-    station = _Station(
-        bag, topics, parameters, share=bag.share(start_s, end_s), explained=explained
-    )
+    share = bag.share(start_s, end_s)
+    station = _Station(bag, topics, parameters, share=share, explained=explained)
     written = {topics.estimate, *explanation_topics(bag, topics.estimate)}
     copied = 0
-    with BagWriter(output, bag.types) as writer:
+    with _new_bag(output, bag, share) as writer:
         for topic in bag.topics.values():
             if topic.name not in written:
                 _declare(writer, topic)
@@ -145,6 +146,25 @@ def _equal(one: BagMessage | None, other: BagMessage | None) -> bool:
     if one is None or other is None:
         return False
     return (one.msgtype, one.data) == (other.msgtype, other.data)
+
+
+@contextmanager
+def _new_bag(output: str | Path, bag: BagReader, share: float) -> Iterator[BagWriter]:
+    """Context manager: a new bag for a share of another's time.
+
+    Raises:
+        KeyboardInterrupt: It was interrupted; it says how much of that time the new bag holds.
+    """
+    writer = BagWriter(output, bag.types)
+    try:
+        with writer:
+            yield writer
+    except KeyboardInterrupt:
+        first_ns, last_ns = writer.span_ns
+        whole_s = share * ((bag.end_ns or 0) - (bag.start_ns or 0)) * 1e-9
+        raise KeyboardInterrupt(
+            f"{output} holds the first {(last_ns - first_ns) * 1e-9:.0f} s of {whole_s:.0f} s"
+        ) from None
 
 
 def _declare(writer: BagWriter, topic: Topic) -> None:

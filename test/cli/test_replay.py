@@ -4,13 +4,16 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import pytest
 from bag.recorded import messages, swing, write_scalars
 
 from fuzzy_fusion_ros.bag import open_bag
+from fuzzy_fusion_ros.bag.block import Block
 from fuzzy_fusion_ros.cli import score
+from fuzzy_fusion_ros.cli.progress import Bars
 from fuzzy_fusion_ros.cli.replay import main
 
 
@@ -38,6 +41,29 @@ def test_it_is_named_after_the_old_one(
     assert main([str(bag)]) == 0
     assert main(["bag/bag_0.mcap"]) == 0
     assert messages(tmp_path / "bag_replay") == messages(tmp_path / "bag_0_replay")
+
+
+def test_an_interrupt_leaves_what_came_before_and_says_how_much(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bag = write_scalars(tmp_path / "bag", swing(40.0))
+    monkeypatch.setattr(Bars, "over", interrupted_half_way)
+    assert main([str(bag), "--output", str(tmp_path / "out")]) == 130
+    said = capsys.readouterr().err
+    assert said == f"replay: interrupted: {tmp_path / 'out'} holds the first 20 s of 40 s\n"
+    with open_bag(tmp_path / "out") as out:
+        assert out.problems == []
+        assert len(list(out.messages(["/s1"]))) == 2000
+
+
+def interrupted_half_way(_: Bars, blocks: Iterable[Block], *args: object) -> Iterator[Block]:
+    """Pass on one half of the messages, then act as Ctrl-C does."""
+    found = list(blocks)
+    half_way_ns = int(found[0].log_ns[0]) + 20 * 10**9
+    for block in found:
+        yield block.chosen(block.log_ns < half_way_ns)
+        if block.log_ns[-1] >= half_way_ns:
+            raise KeyboardInterrupt
 
 
 def test_several_bags_give_several(
