@@ -8,7 +8,8 @@ Several bags give several new bags, in the directory --output. A bag that cannot
 row with the reason, and the exit status is 1.
 
 With --live, every message except the old estimate is published on its topic once S1 and S2 have
-subscribers; /clock follows the recorded times.
+subscribers; /clock follows the recorded times. At a --rate other than 1, run the node with
+use_sim_time:=true, or its timeouts count in wall time.
 """
 
 from __future__ import annotations
@@ -111,7 +112,10 @@ def _play(given: argparse.Namespace) -> int:
     topics, window = options.topics_of(given), options.window_of(given)
     from fuzzy_fusion_ros.jobs.replay import play  # after parsing: takes time to import
 
-    played = play(given.bag[0], topics=topics, **window, rate=given.rate or 1.0, loop=given.loop)
+    rate = given.rate or 1.0
+    if rate != 1.0:
+        show(f"rate {rate:g}: run the node with use_sim_time:=true, or timeouts count in wall time")
+    played = play(given.bag[0], topics=topics, **window, rate=rate, loop=given.loop)
     for note in played.notes:
         say("replay", note)
     show(f"{played.messages} messages published")

@@ -161,6 +161,17 @@ def test_a_loop_goes_on_until_it_is_told_to_stop(
     assert backs[:2] == 2 * [(at(0.99), at(0.0))]
 
 
+@pytest.mark.parametrize("rate", [1.0, 10.0])
+def test_at_another_rate_the_clock_of_timeouts_is_named(
+    harness: Harness, bag: Path, rate: float
+) -> None:
+    for topic in ("/s1", "/s2"):
+        harness.record(topic)
+    player = harness.start("replay", str(bag), "--live", "--rate", str(rate))
+    harness.spin_until(lambda: player.status is not None, "the end of playing")
+    assert ("use_sim_time:=true" in player.stdout) == (rate != 1.0)
+
+
 def test_types_that_are_not_installed_are_left_out(harness: Harness, tmp_path: Path) -> None:
     secret = BagMessage("/secret", "my_msgs/msg/Secret", at(0.5), b"\0\1\0\0whatever")
     with BagWriter(tmp_path / "bag") as writer:
