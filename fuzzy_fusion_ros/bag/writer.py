@@ -52,12 +52,12 @@ class BagWriter:
             self._file_name = f"{name}_0.mcap"
             self._file = McapWriter(self.path / os.fsdecode(self._file_name.encode()))
         except (OSError, ValueError) as error:
-            raise self._refusal(error) from error
+            raise BagError(_refused(self.path, error)) from error
         try:
             self._write_metadata()
         except OSError as error:
             self._file.close()
-            raise self._refusal(error) from error
+            raise BagError(_refused(self.path, error)) from error
 
     def __enter__(self) -> BagWriter:
         """Return the writer itself."""
@@ -208,10 +208,12 @@ class BagWriter:
         return describe_bag(self._file_name, topics, *self._file.span_ns)
 
     def _refusal(self, error: Exception) -> BagError:
-        return BagError(
-            f"bag {str(self.path)!r} cannot be written: {getattr(error, 'strerror', error)}; "
-            "what was written before stays readable"
-        )
+        kept = "; what was written before stays readable" if self._file.chunk_count else ""
+        return BagError(_refused(self.path, error) + kept)
+
+
+def _refused(path: Path, error: Exception) -> str:
+    return f"bag {str(path)!r} cannot be written: {getattr(error, 'strerror', error)}"
 
 
 def _require_text(topic: str) -> None:
