@@ -36,6 +36,9 @@ REFINEMENTS = 3
 TRUSTED = 0.5
 """At this correlation and above, the lag is more than a guess."""
 
+HALF = 0.7
+"""Below this correlation, S1 explains less than half of S2: its lag is little more than a guess."""
+
 SHIFTS = 19
 """Rotations of S1 that measure chance: one in twenty unrelated pairs passes."""
 

@@ -11,12 +11,14 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from fuzzy_fusion_ros.batch.lag import HALF
 from fuzzy_fusion_ros.checking.check import Character, Check
 from fuzzy_fusion_ros.checking.finding import Finding
 from fuzzy_fusion_ros.checking.presets import Advice
 from fuzzy_fusion_ros.checking.relation import Kind, Relation
 from fuzzy_fusion_ros.checking.survey import Field, Together
 from fuzzy_fusion_ros.online.clocks import apart, duration
+from fuzzy_fusion_ros.parameters.arguments import called
 from fuzzy_fusion_ros.text.table import WIDTH, text_table
 
 MOST_PAIRS = 30
@@ -91,20 +93,22 @@ def survey_json(found: Sequence[Together]) -> list[dict[str, Any]]:
     ]
 
 
-def advice_text(advice: Sequence[Advice], presets: Path) -> str:
-    """Return which presets suit a recording, with the options to use them.
+def advice_text(advice: Sequence[Advice], bag: str, presets: Path) -> str:
+    """Return which presets suit a recording, with the commands that tune them.
 
     Args:
         advice: The presets.
+        bag: The path of the recording.
         presets: The folder that they are in.
     """
-    lines = ["presets that suit: fuzzy-fusion tune BAG OPTIONS"]
+    lines = ["presets that suit, and how to tune them:"]
     for each in advice:
         name = f"{each.job.preset}.yaml"
         with_more = f" with {' and '.join(each.additions)}" if each.additions else ""
         lines.append(f"{name}{with_more}: {_why(each)}")
         options = f"{shlex.join(['--params', str(presets / name)])} {_options(each)}"
-        lines.append(textwrap.indent(_wrapped_options(options), "  "))
+        command = f"{called('tune')} {shlex.quote(bag)} \\\n{_wrapped_options(options)}"
+        lines.append(textwrap.indent(command, "  "))
     return "\n".join(lines)
 
 
@@ -159,8 +163,9 @@ def _pair(check: Check) -> str:
     if check.relation is not None:
         relation = check.relation
         way = "lags" if relation.lag >= 0.0 else "leads"
+        guess = "" if abs(relation.correlation) >= HALF else " (a guess)"
         lines.append(
-            f"s2 {way} s1 by {duration(abs(relation.lag))}; correlation "
+            f"s2 {way} s1 by {duration(abs(relation.lag))}{guess}; correlation "
             f"{relation.correlation:.3f}, scale {relation.sign * relation.middle_scale:.3g}"
         )
     return "\n".join(lines)

@@ -27,12 +27,14 @@ class CheckResult(NamedTuple):
         together: Its numbers that move together, most certain first; None if not searched.
         advice: Presets that suit them.
         notes: Parts of the bag that could not be read, one line each.
+        bag: The path of the bag.
     """
 
     check: Check | None
     together: tuple[Together, ...] | None
     advice: tuple[Advice, ...]
     notes: tuple[str, ...]
+    bag: str
 
     @property
     def is_fine(self) -> bool:
@@ -43,7 +45,7 @@ class CheckResult(NamedTuple):
         """Return it as text for a terminal."""
         parts = [] if self.check is None else [report.check_text(self.check)]
         parts += [] if self.together is None else [report.survey_text(self.together)]
-        parts += [report.advice_text(self.advice, presets())] if self.advice else []
+        parts += [report.advice_text(self.advice, self.bag, presets())] if self.advice else []
         return "\n\n".join(parts)
 
     def as_json(self) -> dict[str, Any]:
@@ -88,9 +90,13 @@ def check(
             reading = progress.reading(f"reading {bag}")
             checked = check_bag(reader, wanted, base, start, end, reading)
         if topics is not None:
-            return CheckResult(checked, None, (), tuple(reader.problems))
+            return CheckResult(checked, None, (), tuple(reader.problems), str(bag))
         searching = progress.reading(f"searching {bag}", reader.message_count)
         found = survey_bag(reader, start, end, searching)
         return CheckResult(
-            checked, tuple(found.together), tuple(found.advice), tuple(reader.problems)
+            checked,
+            tuple(found.together),
+            tuple(found.advice),
+            tuple(reader.problems),
+            str(bag),
         )

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy_fusion_ros.batch.lag import SHARE_OF_SPAN, TRUSTED
+from fuzzy_fusion_ros.batch.lag import HALF, SHARE_OF_SPAN, TRUSTED
 from fuzzy_fusion_ros.parameters.group import flatten
 from fuzzy_fusion_ros.text.table import bag_table, text_table
 from fuzzy_fusion_ros.tuning.candidates import LOST_AFTER
@@ -21,9 +21,6 @@ WORSE = 1.001
 
 HARDLY_BETTER = 0.9
 """An error after the fit above this share of that of the better sensor alone is hardly a gain."""
-
-HALF = 0.7
-"""Below this correlation, S1 explains less than half of the variance of S2."""
 
 
 def described(sensors: Characteristics, unit: str) -> list[str]:

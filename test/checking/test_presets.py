@@ -146,7 +146,8 @@ def test_numbers_without_a_job_get_no_advice() -> None:
 
 def test_what_is_said_of_a_preset() -> None:
     found = advised([*imu(-1.0), *gnss()])
-    text = advice_text(found, Path("config/presets"))
+    text = advice_text(found, "my drive", Path("config/presets"))
+    assert "fuzzy-fusion tune 'my drive' \\\n" in text
     assert max(map(len, text.splitlines())) <= 80
     assert "heading.yaml with s1.scale: -1: correlation " in text
     for each in found:

@@ -40,6 +40,14 @@ def test_what_is_wrong_comes_last_the_worst_first() -> None:
     assert text.endswith("WARNING 1 of 3000 samples of s1 are dropped: value is not finite")
 
 
+def test_a_lag_of_little_correlation_is_called_a_guess() -> None:
+    found = both(sensor("s1", TIMES, VALUES), S2)
+    assert found.relation is not None
+    assert "guess" not in check_text(found)
+    text = check_text(found._replace(relation=found.relation._replace(correlation=0.54)))
+    assert " s (a guess); correlation 0.540" in text
+
+
 def test_json_is_finite_and_complete() -> None:
     found = both(sensor("s1", TIMES, -VALUES), S2)
     document = json.loads(json.dumps(check_json(found), allow_nan=False))
