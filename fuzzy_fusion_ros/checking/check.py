@@ -104,7 +104,13 @@ def check(sensors: TwoSensors, most_points: int = MOST_POINTS) -> Check:
     period = known or max(wrap_of(each.values[np.isfinite(each.values)]).period for each in both)
     periods = (0.0 if sensors.is_rate else period), period
     judged = [
-        _judge(each, sensors.start_ns, own, is_known=known > 0.0 or own < period)
+        _judge(
+            each,
+            sensors.start_ns,
+            own,
+            is_known=known > 0.0 or own < period,
+            is_rate=sensors.is_rate and each is sensors.s1,
+        )
         for each, own in zip(both, periods, strict=True)
     ]
     characters = {each.usable.name: each.character for each in judged if each.character}
@@ -136,7 +142,9 @@ class _Judged(NamedTuple):
     findings: tuple[Finding, ...]
 
 
-def _judge(samples: SensorSamples, start_ns: int, period: float, *, is_known: bool) -> _Judged:
+def _judge(
+    samples: SensorSamples, start_ns: int, period: float, *, is_known: bool, is_rate: bool
+) -> _Judged:
     timeline = judge_stamps(samples, start_ns)
     dated = samples.kept(timeline.usable)
     usable = dated.kept(np.isfinite(dated.values))
@@ -154,7 +162,7 @@ def _judge(samples: SensorSamples, start_ns: int, period: float, *, is_known: bo
         too_large = {"samples": float(np.count_nonzero(np.abs(usable.values) > LARGEST))}
         huge = Finding(Level.ERROR, "overflow", text, too_large, "choose another topic or field")
         return _Judged(usable, (), usable.values, None, (huge, *about_samples))
-    values = judge_values(dated, period, is_known=is_known)
+    values = judge_values(dated, period, is_known=is_known, is_rate=is_rate, start_ns=start_ns)
     publishers = judge_publishers(usable, values.clean)
     gaps = _gaps(samples, start_ns)
     findings = (*about_samples, *values.findings, *publishers, *gaps)

@@ -24,6 +24,7 @@ WORTH_REPEATING = frozenset(
     {
         "copy",
         "exchanged",
+        "outliers",
         "overflow",
         "period",
         "publishers",

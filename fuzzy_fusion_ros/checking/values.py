@@ -50,6 +50,11 @@ SOME_SPIKES = 5
 """Fewer are not reported."""
 
 
+FAR = 30.0
+"""Outliers are this many times as far from the median as any other sample. In real recordings, no
+sample is twice as far as 99.9 % of them."""
+
+
 class Wrap(NamedTuple):
     """An angle that jumps by a whole turn.
 
@@ -124,11 +129,41 @@ def spikes_of(values: Reals) -> Flags:
     return spikes
 
 
+class Outliers(NamedTuple):
+    """Few samples that are absurdly far from all others.
+
+    Attributes:
+        which: Which they are, shape (n,).
+        others: How far from the median the others are at most.
+    """
+
+    which: Flags
+    others: float
+
+
+def outliers_of(values: Reals) -> Outliers:
+    """Return outliers: at most 0.5 % of the samples, and 5 or 0.1 %, whichever is more.
+
+    A movement from rest passes: it goes through the values between.
+
+    Args:
+        values: Finite, shape (n,).
+    """
+    n = values.size
+    few = min(n // 200, max(5, n // 1000))
+    if few == 0:
+        return Outliers(np.zeros(n, np.bool_), math.inf)
+    distance = np.abs(values - np.median(values))
+    usual = np.partition(distance, n - 1 - few)[n - 1 - few]
+    others = float(distance[distance <= FAR * usual].max())
+    return Outliers((distance > FAR * others) & (others > 0.0), others)
+
+
 class Values(NamedTuple):
     """The values of a sensor, judged.
 
     Attributes:
-        clean: The finite ones without wraps and spikes, shape (k,).
+        clean: The finite ones without wraps, spikes and outliers, shape (k,).
         noise: Standard deviation of their white noise.
         spikes: Share of them that were spikes.
         findings: What is wrong.
@@ -140,20 +175,34 @@ class Values(NamedTuple):
     findings: tuple[Finding, ...]
 
 
-def judge_values(samples: SensorSamples, period: float, *, is_known: bool = False) -> Values:
+def judge_values(
+    samples: SensorSamples,
+    period: float,
+    *,
+    is_known: bool = False,
+    is_rate: bool = False,
+    start_ns: int = 0,
+) -> Values:
     """Judge the values of a sensor by themselves.
 
     Args:
         samples: Of the sensor; at least three with finite values.
         period: Where the other sensor wraps, unit of the signal; 0 if it does not.
         is_known: Whether the parameters say so, too; then wraps are no fault.
+        is_rate: Whether it is integrated: limits then apply to the integral.
+        start_ns: Arrival time that the seconds in texts count from, nanoseconds.
     """
     name, n = samples.name, samples.values.size
-    values = samples.values[np.isfinite(samples.values)]
+    finite = samples.kept(np.isfinite(samples.values))
+    values = finite.values
     findings = []
     if values.size < n:
         text = f"{n - values.size} of {n} samples of {name} are dropped: {Drop.NOT_FINITE.value}"
         findings.append(Finding(Level.WARNING, "not finite", text, {}))
+    outliers = outliers_of(values)
+    if outliers.which.any():
+        findings.append(_outliers(finite, outliers, start_ns, is_rate=is_rate))
+        values = _without(outliers.which, values)
     wrap = Wrap(0.0, 0) if is_known else wrap_of(values)
     if wrap.jumps:
         text = f"{name} wraps: it jumps by {PERIODS[wrap.period]}, {wrap.jumps} times"
@@ -177,6 +226,28 @@ def _without(spikes: Flags, values: Reals) -> Reals:
         return values
     places = np.arange(values.size)
     return np.interp(places, places[~spikes], values[~spikes])
+
+
+def _outliers(
+    samples: SensorSamples, outliers: Outliers, start_ns: int, *, is_rate: bool
+) -> Finding:
+    found = samples.kept(outliers.which)
+    count, of = found.values.size, samples.values.size
+    largest = found.values[np.argmax(np.abs(found.values))]
+    at_s = (int(found.arrivals_ns[0]) - start_ns) * 1e-9
+    text = (
+        f"{samples.name} has outliers: {count} of {of} samples, up to {largest:.3g}, over {FAR:g} "
+        f"times as far from the median as any other, the first at {at_s:.1f} s"
+    )
+    limit = 3.0 * outliers.others  # no two of the others are further apart than twice that
+    if is_rate:
+        limit *= float(np.median(np.diff(samples.arrivals_ns))) * 1e-9
+    remedy = (
+        f"s1.spike_threshold: {limit:.2g}"
+        if samples.name == "s1" and limit > 0.0
+        else "filter them in its driver"
+    )
+    return Finding(Level.WARNING, "outliers", text, {}, remedy)
 
 
 def _spikes(name: str, count: int, of: int, size: float) -> Finding:

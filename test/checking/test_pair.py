@@ -50,6 +50,16 @@ def test_nothing_is_wrong() -> None:
     assert found.relation.middle_scale == pytest.approx(1.0, abs=0.02)
 
 
+def test_garbage_does_not_keep_sensors_from_being_compared() -> None:
+    s1 = motion(T1)
+    s1[3000:3005] = 1e3
+    found = both(sensor("s1", T1, s1), sensor("s2", T2, motion(T2 - LAG)))
+    assert [each.about for each in found.findings] == ["outliers"]
+    assert "the first at 30.0 s" in found.findings[0].text
+    assert found.relation is not None
+    assert found.relation.lag == pytest.approx(LAG, abs=0.02)
+
+
 @pytest.mark.parametrize(
     ("factor", "about", "text", "remedy"),
     [

@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 import pytest
-from checking.made import only, sensor
+from checking.made import START_NS, only, sensor
 
 from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.checking.finding import Level
-from fuzzy_fusion_ros.checking.values import judge_values, spikes_of, wrap_of
+from fuzzy_fusion_ros.checking.values import judge_values, outliers_of, spikes_of, wrap_of
 
 TIMES: Reals = 0.01 * np.arange(3000)
 NOISE: Reals = np.random.default_rng(0).normal(size=3000)
@@ -103,6 +103,52 @@ def test_many_spikes_are_a_fault(count: int, level: Level, remedy: str) -> None:
     finding = only(judge_values(sensor("s1", TIMES, values), 0.0).findings, "spikes")
     assert (finding.level, finding.remedy) == (level, remedy)
     assert finding.text.startswith(f"s1 has spikes: {count} of 3000 samples")
+
+
+@pytest.mark.parametrize("where", [[1234], [0], [5, 6, 7, 8, 9], [0, 700, 1400, 2100, 2999]])
+@pytest.mark.parametrize("garbage", [1e3, -1e5])
+def test_single_samples_of_garbage_are_named_and_left_out(where: list[int], garbage: float) -> None:
+    values = np.sin(TIMES)
+    values[where] = garbage
+    found = judge_values(sensor("s1", TIMES, values), 0.0, start_ns=START_NS)
+    (finding,) = found.findings
+    assert finding.about == "outliers"
+    assert finding.level is Level.WARNING
+    assert finding.text == (
+        f"s1 has outliers: {len(where)} of 3000 samples, up to {garbage:.3g}, over 30 times as far "
+        f"from the median as any other, the first at {0.01 * where[0]:.1f} s"
+    )
+    assert finding.remedy.startswith("s1.spike_threshold: 3")
+    assert found.spikes == 0.0
+    assert found.clean == pytest.approx(np.sin(TIMES), abs=0.1)
+
+
+def test_a_limit_for_a_rate_is_one_for_its_integral() -> None:
+    values = np.cos(TIMES)
+    values[100] = 1e5
+    finding = only(
+        judge_values(sensor("s1", TIMES, values), 0.0, is_rate=True).findings, "outliers"
+    )
+    assert float(finding.remedy.removeprefix("s1.spike_threshold: ")) == pytest.approx(0.03, 0.1)
+    of_s2 = only(judge_values(sensor("s2", TIMES, values), 0.0).findings, "outliers")
+    assert of_s2.remedy == "filter them in its driver"
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        NOISE,
+        NOISE**9,  # heavy tails
+        np.where(TIMES < 29.9, 1e-3 * NOISE, TIMES - 29.9),  # a movement from rest
+        np.where(TIMES < 29.97, 0.0, 1.0),  # exactly at rest
+        np.where(np.arange(3000) % 100 == 0, 1e3, NOISE),  # many
+        np.append(NOISE[:50], 1e5),  # too few samples to say
+        np.zeros(3000),
+        np.zeros(0),
+    ],
+)
+def test_what_is_no_outlier(values: Reals) -> None:
+    assert not outliers_of(values).which.any()
 
 
 def test_values_that_are_not_finite() -> None:
