@@ -10,6 +10,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+from faults.waiting import wait_until
 from fuzzy_fusion_ros.testing.process import PROGRAM, SOURCES
 
 NAMES = ("a", "b")
@@ -71,6 +72,8 @@ class Hosts:
                 ip(*inside, "addr", "add", f"10.99.0.{k}/24", "dev", "cable")
                 ip(*inside, "link", "set", "lo", "up")
                 ip(*inside, "link", "set", "cable", "up")
+            # DDS uses only links that are up when it starts; the kernel says so up to 1 s late.
+            wait_until(lambda: all(map(is_up, self._names.values())), "the cable is up")
             opening.callback(self._close_programs)
             self._closing = opening.pop_all()
         return self
@@ -116,10 +119,15 @@ class Hosts:
             each.close()
 
 
-def ip(*arguments: str) -> None:
-    """Run ``ip``.
+def is_up(name: str) -> bool:
+    """Return whether the end of the cable in a namespace is up."""
+    return "state UP" in ip("-n", name, "link", "show", "cable")
+
+
+def ip(*arguments: str) -> str:
+    """Run ``ip`` and return what it prints.
 
     Raises:
         CalledProcessError: It failed.
     """
-    subprocess.run(["ip", *arguments], check=True, capture_output=True)
+    return subprocess.run(["ip", *arguments], check=True, capture_output=True, text=True).stdout
