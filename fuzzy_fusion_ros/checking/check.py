@@ -30,6 +30,9 @@ GAP_INTERVALS = 10.0
 GAP_SECONDS = 1.0
 """of more than this many seconds: shorter ones are bridged."""
 
+ABOUT_CLOCKS = frozenset({"clock offset", "clock step"})
+"""Findings of :mod:`.clocks` that, as errors, mean two clocks; late delivery does not."""
+
 EXPLAINED = frozenset({"stuck", "wrap"})
 """Findings that are to be fixed before sensors can be called unrelated."""
 
@@ -89,6 +92,13 @@ class Check(NamedTuple):
     def is_fine(self) -> bool:
         """Whether no problem was found."""
         return all(each.level is Level.INFO for each in self.findings)
+
+    @property
+    def clocks_agree(self) -> bool:
+        """Whether one clock stamps both sensors, as far as stamps, arrivals and motion show."""
+        return not any(
+            each.level is Level.ERROR and each.about in ABOUT_CLOCKS for each in self.findings
+        )
 
 
 def check(sensors: TwoSensors, most_points: int = MOST_POINTS) -> Check:

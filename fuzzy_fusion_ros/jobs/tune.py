@@ -20,7 +20,7 @@ from fuzzy_fusion_ros.jobs.fleet import Failure, outcomes
 from fuzzy_fusion_ros.jobs.outputs import require_writable
 from fuzzy_fusion_ros.jobs.parameter_file import Source, baseline_parameters, fusion_parameters
 from fuzzy_fusion_ros.jobs.progress import SILENT, Progress
-from fuzzy_fusion_ros.offline.check import warnings_of
+from fuzzy_fusion_ros.offline.check import check_start, warning_lines
 from fuzzy_fusion_ros.offline.excerpts import excerpts
 from fuzzy_fusion_ros.offline.recording import Recording, read_recording
 from fuzzy_fusion_ros.offline.topics import Topics, codecs_of
@@ -118,11 +118,19 @@ class TuneResult(NamedTuple):
 
 
 class _Read(NamedTuple):
-    """What was read of a bag, in excerpts, and the parameters with the types of its sensors."""
+    """What was read of a bag.
+
+    Attributes:
+        recordings: Its excerpts.
+        truths: The truth in each, if there is one.
+        base: The parameters with the types of its sensors.
+        clocks_agree: Whether one clock stamps both sensors, as far as is known.
+    """
 
     recordings: list[Recording]
     truths: list[Reals | None]
     base: Parameters
+    clocks_agree: bool
 
 
 def tune(
@@ -182,10 +190,10 @@ def tune(
     if use_truth:
         _require_truth_in_all_or_none(read)
     recordings = tuple(each for one in read for each in one.recordings)
-    truths = [each for one in read for each in one.truths]
     trials = [
-        Trial(each.series, truth, each.name if len(recordings) > 1 else "", each.clocks_agree)
-        for each, truth in zip(recordings, truths, strict=True)
+        Trial(each.series, truth, each.name if len(recordings) > 1 else "", one.clocks_agree)
+        for one in read
+        for each, truth in zip(one.recordings, one.truths, strict=True)
     ]
     with progress.counted("tuning", " runs") as advance:
         tuned = fit(trials, read[0].base, seed, progress=advance)
@@ -224,8 +232,8 @@ def _read(
             end,
             progress.reading(f"reading {Path(bag).name}"),
         )
-        found = warnings_of(reader, wanted, base, start, end)
-    recording = recording._replace(notes=(*recording.notes, *found))
+        found = check_start(reader, wanted, base, start, end)
+    recording = recording._replace(notes=(*recording.notes, *warning_lines(found)))
     if not use_truth:
         recording = recording._replace(truth=Track._make(each[:0] for each in recording.truth))
     known = recording.truth.stamps_ns.size > 0
@@ -233,7 +241,7 @@ def _read(
     truths = [_truth(each) if known else None for each in parts]
     if len(parts) > 1:
         parts, truths = _usable(parts, truths, int(recording.series.s1_ns[0]))
-    return _Read(parts, truths, base)
+    return _Read(parts, truths, base, found.clocks_agree)
 
 
 def _usable(

@@ -92,17 +92,17 @@ def check_bag(
     return _checked(bag, sources, raw, frames, parameters)
 
 
-def warnings_of(
+def check_start(
     bag: BagReader,
     topics: Topics,
     parameters: Parameters,
     start_s: float | None = None,
     end_s: float | None = None,
-) -> tuple[str, ...]:
-    """Return what a check of the two sensors warns of, a line each, for replay, score and tune.
+) -> Check:
+    """Check the first messages of the two sensors of a bag, for replay, score and tune.
 
-    Only the first ``WARNED_MESSAGES`` are read. If they hold too few numbers, there is no warning:
-    the rest of the bag may have enough.
+    Only the first ``WARNED_MESSAGES`` are read. If they hold too few numbers, :func:`warning_lines`
+    has nothing to say: the rest of the bag may have enough.
 
     Args:
         bag: The bag; S1 and S2 must be in it.
@@ -124,8 +124,23 @@ def warnings_of(
         end_s,
         lambda blocks: frames.seen_in(first(blocks, WARNED_MESSAGES)),
     )
-    found = _checked(bag, sources, raw, frames, parameters)
+    return _checked(bag, sources, raw, frames, parameters)
+
+
+def warning_lines(found: Check) -> tuple[str, ...]:
+    """Return what a check warns of in replay, score and tune, a line each."""
     return tuple(f"WARN {each}" for each in warnings(found))
+
+
+def warnings_of(
+    bag: BagReader,
+    topics: Topics,
+    parameters: Parameters,
+    start_s: float | None = None,
+    end_s: float | None = None,
+) -> tuple[str, ...]:
+    """Return what :func:`check_start`, which takes the same arguments, warns of, a line each."""
+    return warning_lines(check_start(bag, topics, parameters, start_s, end_s))
 
 
 def _sensors(

@@ -51,7 +51,6 @@ class Recording(NamedTuple):
         unit: Unit of the signal, ``""`` where the types do not say.
         period: A full turn of it, 0 if it does not wrap; the series is on continuous lines, tracks
             are as recorded.
-        clocks_agree: Whether stamps and arrivals are consistent with one clock for both sensors.
         notes: What was left out, and why, one line each.
     """
 
@@ -64,7 +63,6 @@ class Recording(NamedTuple):
     start_ns: int
     unit: str
     period: float
-    clocks_agree: bool
     notes: tuple[str, ...]
 
 
@@ -122,7 +120,6 @@ def read_recording(
         start_ns=bag.start_ns or 0,
         unit=unit,
         period=parameters.signal.period,
-        clocks_agree=not clock_problem,
         notes=(*unstamped(topics, codecs), *filter(None, [clock_problem]), *notes, *bag.problems),
     )
 

@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
-from bag.recorded import messages, swing, write_scalars
+from bag.recorded import Scalar, messages, swing, write_scalars
 from tuning.quick import be_quick
 
 from fuzzy_fusion_ros import (
@@ -65,6 +66,41 @@ def test_a_fit_is_returned_and_written(
     assert (by_file.baselines, by_object.baselines) == (GIVEN, DERIVED)
     assert by_file.scores("estimate") == by_object.scores("estimate")
     assert by_file.scores("estimate")["rmse"] == pytest.approx(result.tuned.error)
+
+
+def late(delivery: float, behind: float) -> list[Scalar]:
+    """Make 60 s of motion: S2 lags 0.2 s, arrives late, and its clock is behind S1's."""
+
+    def motion(time_s: float) -> float:
+        return math.sin(time_s) + math.sin(2.3 * time_s + 1.0)
+
+    s1 = [Scalar("/s1", 0.04 * k, motion(0.04 * k)) for k in range(1500)]
+    s2 = [
+        Scalar("/s2", each - behind, motion(each - 0.2), each + delivery)
+        for each in (0.2 * k for k in range(300))
+    ]
+    return sorted([*s1, *s2], key=lambda x: x.time_s if x.log_s is None else x.log_s)
+
+
+@pytest.mark.parametrize(
+    ("delivery", "behind", "timeout", "clocks_agree"),
+    [(1.0, 0.0, 0.8, True), (2.5, 0.0, 0.0, True), (0.0, 5.0, 0.0, False)],
+)
+def test_late_delivery_is_not_taken_for_a_clock(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    delivery: float,
+    behind: float,
+    timeout: float,
+    clocks_agree: bool,
+) -> None:
+    be_quick(monkeypatch)
+    path = write_scalars(tmp_path / "bag", late(delivery, behind))
+    sensors = tune(path, parameters=replace(Parameters(), {"s2.timeout": timeout})).tuned.sensors
+    assert sensors.clocks_agree is clocks_agree
+    if clocks_agree:
+        assert sensors.lag_is_identifiable
+        assert sensors.lag.total == pytest.approx(0.2, abs=0.05)
 
 
 def test_errors_are_one_family(bag: Path, tmp_path: Path) -> None:

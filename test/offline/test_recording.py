@@ -217,7 +217,7 @@ def test_a_field_that_is_not_there_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("behind_s", [0.0, 5.0])
-def test_clocks_that_disagree_are_known(tmp_path: Path, behind_s: float) -> None:
+def test_clocks_that_disagree_are_noted(tmp_path: Path, behind_s: float) -> None:
     shifted = [
         each._replace(time_s=each.time_s - behind_s, log_s=each.time_s)
         if each.topic == "/s2"
@@ -225,7 +225,6 @@ def test_clocks_that_disagree_are_known(tmp_path: Path, behind_s: float) -> None
         for each in swing(10.0)
     ]
     recording = read(write_scalars(tmp_path / "bag", shifted))
-    assert recording.clocks_agree is (behind_s == 0.0)
     assert any("s2's stamps are 5.0 s behind s1's" in x for x in recording.notes) is (behind_s > 0)
 
 
