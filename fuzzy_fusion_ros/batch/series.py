@@ -218,6 +218,12 @@ def run(
     return trace
 
 
+def run_economically(method: Method, series: Series, *, first: int = 0, every: int = 1) -> Trace:
+    """Run a method over a series as :func:`run` does, compiled if that pays."""
+    compiles = pays_to_compile(method, series.s1.size)
+    return run(method, series, compiles=compiles, first=first, every=every)
+
+
 def advanced(
     method: Method, series: Series, *, compiles: bool, first: int = 0, every: int = 1
 ) -> tuple[Trace, State]:

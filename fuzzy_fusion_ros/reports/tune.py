@@ -13,8 +13,7 @@ from fuzzy_fusion_ros.batch.series import (
     Trace,
     fusion,
     held_s2,
-    pays_to_compile,
-    run,
+    run_economically,
     seconds,
 )
 from fuzzy_fusion_ros.core.estimator import WAITING
@@ -91,8 +90,7 @@ def tune_page(
 
 
 def _trace(parameters: Parameters, series: Series) -> Trace:
-    method = fusion(parameters, series.started_ns)
-    return run(method, series, compiles=pays_to_compile(method, series.s1.size))
+    return run_economically(fusion(parameters, series.started_ns), series)
 
 
 def _known(trace: Trace, values: Reals) -> Reals:

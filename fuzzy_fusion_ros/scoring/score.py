@@ -12,15 +12,7 @@ import numpy as np
 from fuzzy_fusion_ros.bag import open_bag
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, baselines_for, methods
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals, Stamps, nearest
-from fuzzy_fusion_ros.batch.series import (
-    Method,
-    Series,
-    Trace,
-    fusion,
-    held_s2,
-    pays_to_compile,
-    run,
-)
+from fuzzy_fusion_ros.batch.series import Series, Trace, fusion, held_s2, run_economically
 from fuzzy_fusion_ros.core.estimator import S2_ONLY, WAITING
 from fuzzy_fusion_ros.messages.outputs import DEVIATION, RULES
 from fuzzy_fusion_ros.offline.check import warnings_of
@@ -227,7 +219,7 @@ def score(
         known = explanation.pop(DEVIATION)
         deviations["estimate"] = held(known.stamps_ns, known.values, stamps_ns)
     for name, method in methods(used).items():
-        other = _rising(_trace(method, series, first, every))
+        other = _rising(run_economically(method, series, first=first, every=every))
         value = np.where(other.mode == WAITING, np.nan, other.value)
         values[name] = held(other.stamp_ns, value, stamps_ns)
         deviations[name] = held(other.stamp_ns, other.standard_deviation, stamps_ns)
@@ -363,13 +355,8 @@ def _thinned(every: int) -> list[str]:
 def _fused(series: Series, parameters: Parameters, first: int, every: int) -> Trace:
     """Return the estimates of the fusion, as a node publishes them; see :func:`run`."""
     method = fusion(parameters, series.started_ns)
-    trace = _trace(method, series, first, every)
+    trace = run_economically(method, series, first=first, every=every)
     return _rising(trace.rows(trace.mode != WAITING))
-
-
-def _trace(method: Method, series: Series, first: int, every: int) -> Trace:
-    compiles = pays_to_compile(method, series.s1.size)
-    return run(method, series, compiles=compiles, first=first, every=every)
 
 
 def _single(values: Mapping[str, Reals]) -> list[str]:
