@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -30,8 +30,8 @@ def random_parameters(chance: random.Random) -> Parameters:
     changes: dict[str, object] = {"predictor.enabled": True}
     for name, descriptor, default in descriptors(Parameters):
         if descriptor.kind is float and not descriptor.fixed and chance.random() < 0.5:
-            drawn = 10 ** chance.uniform(-4.0, 2.0) if chance.random() < 0.7 else default
-            number = float(drawn)  # type: ignore[arg-type]  # as the kind says
+            anywhere = chance.random() < 0.7
+            number = 10 ** chance.uniform(-4.0, 2.0) if anywhere else float(cast(float, default))
             changes[name] = min(max(number, descriptor.low), descriptor.high)
     changes["predictor.samples"] = chance.randint(3, 25)
     changes["predictor.rules"] = chance.randint(2, 6)

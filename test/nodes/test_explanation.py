@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from fuzzy_fusion_ros.messages import load_message_class
@@ -85,26 +87,28 @@ def test_listeners_that_come_and_go_are_told_apart(harness: Harness) -> None:
     feed = harness.feed()
     name = "/fusion_node/weight"
     point = load_message_class(POINT)
-    k = 0
-    for listeners in (1, 2, 1):
+
+    def heard_by(listeners: int, k: int) -> None:
         heard: list[object] = []
         subscriptions = [
             harness.node.create_subscription(point, name, heard.append, EVERY_MESSAGE)
             for _ in range(listeners)
         ]
-        harness.spin_until(lambda n=listeners: node.count_subscribers(name) == n)  # type: ignore[misc]
+        harness.spin_until(lambda: node.count_subscribers(name) == listeners)
         harness.spin_until(lambda: node._output.wanted)
-        harness.spin_until(lambda s=subscriptions: all(e.get_publisher_count() for e in s))  # type: ignore[misc]
+        harness.spin_until(lambda: all(each.get_publisher_count() for each in subscriptions))
         for subscription in subscriptions[1:]:  # one of them goes: the other still listens
             harness.node.destroy_subscription(subscription)
         harness.spin_until(lambda: node.count_subscribers(name) == 1)
         ramp(feed, k, k + 3)
-        harness.spin_until(lambda h=heard: len(h) == 3)  # type: ignore[misc]
+        harness.spin_until(lambda: len(heard) == 3)
         harness.node.destroy_subscription(subscriptions[0])
         harness.spin_until(lambda: not node._output.wanted, "nobody listens")
         ramp(feed, k + 3, k + 6)
         assert len(heard) == 3
-        k += 6
+
+    for k, listeners in enumerate((1, 2, 1)):
+        heard_by(listeners, 6 * k)
 
 
 def test_nothing_is_made_while_nobody_listens(
@@ -113,9 +117,9 @@ def test_nothing_is_made_while_nobody_listens(
     made: list[str] = []
     original = explain
 
-    def counted(*arguments: object) -> object:
+    def counted(*arguments: Any) -> Any:
         made.append("once")
-        return original(*arguments)  # type: ignore[arg-type]
+        return original(*arguments)
 
     monkeypatch.setattr("fuzzy_fusion_ros.nodes.estimates.explain", counted)
     node = harness.fusion_node()
