@@ -146,9 +146,10 @@ def test_what_was_fitted_to_the_first_half_is_near_the_best_on_the_second(tmp_pa
 def test_without_tuning_it_is_between_fitted_filters_without_and_with_lag(tmp_path: Path) -> None:
     """From the second minute on, on the very span that they are fitted to.
 
-    The first bound is what the README claims: clearly ahead of the sensors and of filters that
-    ignore S2's lag. The second keeps it near the best filter, which knows the lag from the truth.
-    Measured are 0.88 and 1.53; the rest is room for other processors and versions of NumPy.
+    The first bound is that it is clearly ahead of the sensors and of filters that ignore S2's lag,
+    though these are fitted to that span. The second keeps it near the best filter, which knows the
+    lag from the truth. Measured are 0.88 and 1.53; the rest is room for other processors and
+    versions of NumPy.
     """
     fitted = (BAGS / "car_accel.yaml").read_text(encoding="utf-8")
     key = "ros__parameters:\n"

@@ -2,8 +2,8 @@
 """Fits the parameters to a recording, with or without a truth, and writes them for fusion_node.
 
 It characterises the sensors, fits candidates from either sensor alone up to the whole fusion, and
-chooses the whole fusion unless something simpler does clearly better on parts of the recording that
-it was not fitted to. To several recordings of the same sensors it fits one set of parameters, and
+chooses the simplest whose error on parts of the recording that it was not fitted to is at most 10 %
+above the smallest. To several recordings of the same sensors it fits one set of parameters, and
 the parts are the recordings. The baselines are fitted to the same target and written to the same
 file, for score --params. Without a truth the target is what S2 says, and errors are measured
 against a reference reconstructed from both sensors with hindsight.
@@ -76,7 +76,7 @@ def _report(result: TuneResult, given: argparse.Namespace) -> None:
     if names[1:]:
         parts.append(report.recording_lines(tuned, unit, names))
     commands = [f"run the node with: {_node_command(given)}"]
-    if tuned.with_truth or given.no_truth:
+    if tuned.with_truth:  # which score needs
         commands.insert(0, f"score them with: {_score_command(given)}")
     parts.append([report.outcome(tuned, unit), "parameters written", *commands])
     show("\n\n".join("\n".join(each) for each in parts), on_stderr=given.json == "-")
