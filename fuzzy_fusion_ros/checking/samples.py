@@ -24,6 +24,8 @@ class SensorSamples(NamedTuple):
         values: What was measured, NaN and infinities included, shape (n,).
         scale: What ``scale`` of the sensor is set to; it is part of the values.
         unreadable: How many more messages lack the number.
+        rejects_from: What is set to reject its outliers: ``s1.spike_threshold``, or
+            ``s2.outlier_threshold``, which is in standard deviations; 0 if nothing is.
         frames: Each ``frame_id`` of some of its messages whenever it is not that of the one before.
     """
 
@@ -38,6 +40,7 @@ class SensorSamples(NamedTuple):
     values: Reals
     scale: float = 1.0
     unreadable: int = 0
+    rejects_from: float = 0.0
     frames: tuple[str, ...] = ()
 
     def kept(self, which: Flags) -> SensorSamples:
@@ -79,10 +82,13 @@ def two_sensors(
         s1: S1.
         s2: S2.
         start_ns: As in :class:`TwoSensors`.
-        parameters: Say whether the signal wraps, whether S1 is a rate, and its unit, which
-            overrides what the types state.
+        parameters: Say whether the signal wraps, whether S1 is a rate, what rejects outliers, and
+            the unit, which overrides what the types state.
     """
     signal = parameters.signal
+    observes = parameters.s1.bias_time_constant > 0.0  # without, no outlier of S2 is rejected
+    s1 = s1._replace(rejects_from=parameters.s1.spike_threshold)
+    s2 = s2._replace(rejects_from=parameters.s2.outlier_threshold if observes else 0.0)
     if signal.unit:
         s1, s2 = s1._replace(unit=""), s2._replace(unit="")
     is_rate = parameters.s1.kind == "rate"

@@ -54,6 +54,18 @@ FAR = 30.0
 """Outliers are this many times as far from the median as any other sample. In real recordings, no
 sample is twice as far as 99.9 % of them."""
 
+ENOUGH = 200
+"""In fewer samples they are further by the ratio: the range of a few samples says little. Of as
+many, one more may be an outlier in a row."""
+
+MOST_OUTLIERS = (5, 0.001, 0.05)
+"""At most this many samples or this share, whichever is more, are outliers; of few samples at most
+this share, but always one."""
+
+
+REJECTED_BY = {"s1": "s1.spike_threshold", "s2": "s2.outlier_threshold"}
+"""The parameters that reject outliers and spikes."""
+
 
 class Wrap(NamedTuple):
     """An angle that jumps by a whole turn.
@@ -135,28 +147,47 @@ class Outliers(NamedTuple):
     Attributes:
         which: Which they are, shape (n,).
         others: How far from the median the others are at most.
+        factor: The outliers are further than the others by more than this.
     """
 
     which: Flags
     others: float
+    factor: float
 
 
 def outliers_of(values: Reals) -> Outliers:
-    """Return outliers: at most 0.5 % of the samples, and 5 or 0.1 %, whichever is more.
+    """Return outliers: few samples that are far from all others, and after which these go on.
 
-    A movement from rest passes: it goes through the values between.
+    A movement from rest passes: it goes through the values between, or stays. One that the samples
+    end in may stay, and passes unless there have been others as far.
 
     Args:
         values: Finite, shape (n,).
     """
     n = values.size
-    few = min(n // 200, max(5, n // 1000))
-    if few == 0:
-        return Outliers(np.zeros(n, np.bool_), math.inf)
+    count, share, largest_share = MOST_OUTLIERS
+    most = max(1, min(count, int(largest_share * n)), int(share * n))
+    factor = FAR * max(1.0, ENOUGH / max(n, 1))
+    if n <= most + 1:
+        return Outliers(np.zeros(n, np.bool_), math.inf, factor)
     distance = np.abs(values - np.median(values))
-    usual = np.partition(distance, n - 1 - few)[n - 1 - few]
-    others = float(distance[distance <= FAR * usual].max())
-    return Outliers((distance > FAR * others) & (others > 0.0), others)
+    usual = np.partition(distance, n - 1 - most)[n - 1 - most]
+    far = _in_short_runs(distance > factor * usual, max(1, n // ENOUGH))
+    others = float(distance[~far].max())
+    which = far & (distance > factor * others) & (others > 0.0)
+    last = np.flatnonzero(~which)[-1] + 1
+    which[last:] &= distance[last:] >= distance[:last][which[:last]].min(initial=math.inf)
+    return Outliers(which, others, factor)
+
+
+def _in_short_runs(flags: Flags, longest: int) -> Flags:
+    """Return flags without those of which more than so many are in a row."""
+    edges = np.flatnonzero(np.diff(flags, prepend=False, append=False))
+    starts, ends = edges[::2], edges[1::2]
+    kept = flags.copy()
+    for start, end in zip(starts, ends, strict=True):
+        kept[start:end] = end - start <= longest
+    return kept
 
 
 class Values(NamedTuple):
@@ -216,7 +247,7 @@ def judge_values(
     count = int(np.count_nonzero(spikes))
     if count >= SOME_SPIKES:
         size = float(np.median(np.abs(unwrapped - clean)[spikes]))
-        findings.append(_spikes(name, count, values.size, size))
+        findings.append(_spikes(finite, count, size, is_rate=is_rate))
     return Values(clean, white_noise(clean), count / values.size, tuple(findings))
 
 
@@ -236,25 +267,43 @@ def _outliers(
     largest = found.values[np.argmax(np.abs(found.values))]
     at_s = (int(found.arrivals_ns[0]) - start_ns) * 1e-9
     text = (
-        f"{samples.name} has outliers: {count} of {of} samples, up to {largest:.3g}, over {FAR:g} "
-        f"times as far from the median as any other, the first at {at_s:.1f} s"
+        f"{samples.name} has outliers: {count} of {of} samples, up to {largest:.3g}, over "
+        f"{outliers.factor:.3g} times as far from the median as any other, the first at "
+        f"{at_s:.1f} s"
     )
     limit = 3.0 * outliers.others  # no two of the others are further apart than twice that
-    if is_rate:
-        limit *= float(np.median(np.diff(samples.arrivals_ns))) * 1e-9
-    remedy = (
-        f"s1.spike_threshold: {limit:.2g}"
-        if samples.name == "s1" and limit > 0.0
-        else "filter them in its driver"
-    )
-    return Finding(Level.WARNING, "outliers", text, {}, remedy)
+    nearest = (outliers.factor - 1.0) * outliers.others
+    return _rejectable(samples, "outliers", text, limit, nearest, is_rate=is_rate)
 
 
-def _spikes(name: str, count: int, of: int, size: float) -> Finding:
+def _spikes(samples: SensorSamples, count: int, size: float, *, is_rate: bool) -> Finding:
+    name, of = samples.name, samples.values.size
     text = f"{name} has spikes: {count} of {of} samples jump off and back, half by over {size:.2g}"
     if count < max(MANY_SPIKES[0] * of, MANY_SPIKES[1]):
         return Finding(Level.INFO, "spikes", text, {})
-    remedy = (
-        f"s1.spike_threshold: {0.5 * size:.2g}" if name == "s1" else "filter them in its driver"
-    )
-    return Finding(Level.WARNING, "spikes", text, {}, remedy)
+    return _rejectable(samples, "spikes", text, 0.5 * size, size, is_rate=is_rate)
+
+
+def _rejectable(
+    samples: SensorSamples, about: str, text: str, limit: float, most: float, *, is_rate: bool
+) -> Finding:
+    """Return the finding of samples that a parameter rejects, or is set to reject.
+
+    Args:
+        samples: The sensor.
+        about: Name of the finding.
+        text: The observation.
+        limit: A step from which on a sample is to be rejected, unit of the samples.
+        most: A larger one that rejects at least half of the samples.
+        is_rate: Whether it is integrated: steps are then those of the integral.
+    """
+    interval = float(np.median(np.diff(samples.arrivals_ns))) * 1e-9 if is_rate else 1.0
+    limit, most = limit * interval, most * interval
+    name, threshold = REJECTED_BY[samples.name], samples.rejects_from
+    if threshold > 0.0 and (samples.name == "s2" or threshold <= most):
+        return Finding(Level.INFO, about, f"{text}; handled by {name}: {threshold:.7g}", {})
+    if samples.name == "s2":
+        remedy = f"{name}: 4, which needs s1.bias_time_constant > 0: tune fits both"
+    else:
+        remedy = f"{name}: {limit:.2g}" if limit > 0.0 else "filter them in its driver"
+    return Finding(Level.WARNING, about, text, {}, remedy)

@@ -10,8 +10,11 @@ import pytest
 from checking.made import START_NS, only, sensor
 
 from fuzzy_fusion_ros.batch.arrays import Reals
-from fuzzy_fusion_ros.checking.finding import Level
+from fuzzy_fusion_ros.checking.finding import Finding, Level
+from fuzzy_fusion_ros.checking.samples import two_sensors
 from fuzzy_fusion_ros.checking.values import judge_values, outliers_of, spikes_of, wrap_of
+from fuzzy_fusion_ros.parameters.fusion import Parameters
+from fuzzy_fusion_ros.parameters.group import replace
 
 TIMES: Reals = 0.01 * np.arange(3000)
 NOISE: Reals = np.random.default_rng(0).normal(size=3000)
@@ -131,7 +134,69 @@ def test_a_limit_for_a_rate_is_one_for_its_integral() -> None:
     )
     assert float(finding.remedy.removeprefix("s1.spike_threshold: ")) == pytest.approx(0.03, 0.1)
     of_s2 = only(judge_values(sensor("s2", TIMES, values), 0.0).findings, "outliers")
-    assert of_s2.remedy == "filter them in its driver"
+    assert of_s2.remedy.startswith("s2.outlier_threshold: 4, which needs s1.bias_time_constant > 0")
+
+
+@pytest.mark.parametrize("spiky", [False, True])
+@pytest.mark.parametrize("kind", ["value", "rate"])
+def test_what_is_set_to_reject_them_is_told_from_what_lets_them_pass(
+    spiky: bool, kind: str
+) -> None:
+    values = 0.1 * NOISE
+    values[np.arange(20, 2900, 40) if spiky else [1234]] += 5.0 if spiky else 1e5
+    s1, s2 = (sensor(name, TIMES, values) for name in ("s1", "s2"))
+    about = "spikes" if spiky else "outliers"
+
+    def judged(parameters: dict[str, float]) -> list[Finding]:
+        given = replace(Parameters(), {"s1.kind": kind, **parameters})
+        return [
+            only(judge_values(each, 0.0, is_rate=kind == "rate").findings, about)
+            for each in two_sensors(s1, s2, START_NS, given)[:2]
+        ]
+
+    of_s1, _ = judged({})
+    assert of_s1.level is Level.WARNING
+    name, proposed = of_s1.remedy.split(": ")
+    for factor, level in ((1.0, Level.INFO), (1.5, Level.INFO), (100.0, Level.WARNING)):
+        of_s1, of_s2 = judged({name: factor * float(proposed)})
+        assert (of_s1.level, of_s2.level) == (level, Level.WARNING)
+    of_s1, of_s2 = judged({"s2.outlier_threshold": 4.0})
+    assert (of_s1.level, of_s2.level) == (Level.WARNING, Level.WARNING)  # it needs the observer
+    of_s1, of_s2 = judged({"s2.outlier_threshold": 4.0, "s1.bias_time_constant": 1.0})
+    assert (of_s1.level, of_s2.level) == (Level.WARNING, Level.INFO)
+    assert of_s2.text.endswith("; handled by s2.outlier_threshold: 4")
+    assert of_s2.remedy == ""
+
+
+@pytest.mark.parametrize(("n", "garbage"), [(5, 1e5), (30, 1e4), (150, 1e5), (199, -300.0)])
+@pytest.mark.parametrize("place", [0.0, 0.3, 0.9])
+def test_a_single_value_of_garbage_is_named_among_few_samples(
+    n: int, garbage: float, place: float
+) -> None:
+    values = np.sin(7.0 * TIMES[:n]) + 10.0
+    at = int(place * (n - 1))
+    values[at] = garbage
+    found = judge_values(sensor("s2", TIMES[:n], values), 0.0)
+    assert only(found.findings, "outliers").text.startswith(f"s2 has outliers: 1 of {n} samples")
+    assert abs(found.clean[at]) < 12.0
+
+
+@pytest.mark.parametrize("n", [5, 30, 150, 1000, 3000])
+@pytest.mark.parametrize("last", [1, 2, 3, 5])
+def test_a_step_of_a_resting_sensor_at_the_end_may_last(n: int, last: int) -> None:
+    values = 1e-3 * NOISE[:n]
+    values[n - last :] += 10.0
+    assert not outliers_of(values).which.any()
+    if n > 5:
+        values[n // 4] = 1e4
+        assert np.flatnonzero(outliers_of(values).which).tolist() == [n // 4]
+
+
+@pytest.mark.parametrize("n", [150, 199, 399])
+def test_a_movement_of_a_few_samples_is_no_outlier(n: int) -> None:
+    values = 1e-3 * NOISE[:n]
+    values[60:62] = 1.0  # there and back
+    assert not outliers_of(values).which.any()
 
 
 @pytest.mark.parametrize(
@@ -142,7 +207,10 @@ def test_a_limit_for_a_rate_is_one_for_its_integral() -> None:
         np.where(TIMES < 29.9, 1e-3 * NOISE, TIMES - 29.9),  # a movement from rest
         np.where(TIMES < 29.97, 0.0, 1.0),  # exactly at rest
         np.where(np.arange(3000) % 100 == 0, 1e3, NOISE),  # many
-        np.append(NOISE[:50], 1e5),  # too few samples to say
+        np.append(NOISE[:50], 1e5),  # it may stay
+        np.append(NOISE, 1e5),
+        np.array([0.0, 0.0, 9.0, 0.0]),  # two levels
+        np.array([1.0, 2.0]),
         np.zeros(3000),
         np.zeros(0),
     ],
