@@ -19,7 +19,7 @@ LONGEST = 5.0
 """Longest delay and time constant tried at first, s."""
 
 FURTHER = 3.0
-"""Longer ones by this factor are tried as long as the best is near the longest, or a guess."""
+"""Longer ones by this factor are tried as long as the best is near the longest, or not to be trusted."""
 
 SHARE_OF_SPAN = 0.05
 """Longest delay and time constant tried at all, as a share of the recording."""
@@ -34,10 +34,10 @@ REFINEMENTS = 3
 """Passes on a finer grid around the best."""
 
 TRUSTED = 0.5
-"""At this correlation and above, the lag is more than a guess."""
+"""From this correlation on, a fit starts from the lag that was measured."""
 
-HALF = 0.7
-"""Below this correlation, S1 explains less than half of S2: its lag is little more than a guess."""
+GUESS_BELOW = 0.7
+"""Below this correlation, S1 explains less than half of S2: its lag is called a guess."""
 
 SHIFTS = 19
 """Rotations of S1 that measure chance: one in twenty unrelated pairs passes."""
@@ -56,7 +56,7 @@ class Lag(NamedTuple):
         delay: Pure delay, s.
         time_constant: First-order time constant, s.
         correlation: Of the changes of S2 with those of S1 seen through this lag; 1 is perfect,
-            and below 0.5 the lag is a guess.
+            and below 0.7 the lag is called a guess.
     """
 
     delay: float

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from fuzzy_fusion_ros.batch.lag import HALF
+from fuzzy_fusion_ros.batch.lag import GUESS_BELOW
 from fuzzy_fusion_ros.checking.check import Character, Check
 from fuzzy_fusion_ros.checking.finding import Finding
 from fuzzy_fusion_ros.checking.presets import Advice
@@ -163,7 +163,7 @@ def _pair(check: Check) -> str:
     if check.relation is not None:
         relation = check.relation
         way = "lags" if relation.lag >= 0.0 else "leads"
-        guess = "" if abs(relation.correlation) >= HALF else " (a guess)"
+        guess = "" if abs(relation.correlation) >= GUESS_BELOW else " (a guess)"
         lines.append(
             f"s2 {way} s1 by {duration(abs(relation.lag))}{guess}; correlation "
             f"{relation.correlation:.3f}, scale {relation.sign * relation.middle_scale:.3g}"

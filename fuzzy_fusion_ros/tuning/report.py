@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fuzzy_fusion_ros.batch.lag import HALF, SHARE_OF_SPAN, TRUSTED
+from fuzzy_fusion_ros.batch.lag import GUESS_BELOW, SHARE_OF_SPAN
 from fuzzy_fusion_ros.parameters.group import flatten
 from fuzzy_fusion_ros.text.table import bag_table, text_table
 from fuzzy_fusion_ros.tuning.candidates import LOST_AFTER
@@ -303,11 +303,10 @@ def _lag(sensors: Characteristics) -> str:
     why = _why_no_lag(sensors)
     if why:
         return f"S2's lag is not identifiable{why}"
-    certainty = "a" if lag.correlation < TRUSTED else "little more than a"
     seen = (
         f" (seen through it, S1 and S2 correlate by {lag.correlation:.2f})"
-        if lag.correlation >= HALF
-        else f"; this is {certainty} guess: seen through it, S1 explains little of S2 "
+        if lag.correlation >= GUESS_BELOW
+        else "; this is a guess: seen through it, S1 explains little of S2 "
         f"(correlation {lag.correlation:.2f})"
     )
     return (

@@ -267,7 +267,7 @@ def noise_axis(sensors: Characteristics) -> Axis:
 
 
 def trusted(sensors: Characteristics) -> Lag:
-    """Return the lag to start a fit from, or none where that is no more than a guess.
+    """Return the lag to start a fit from, or none where that is not to be trusted.
 
     It need not be identifiable as S2's: a fit bridges whatever time is between the stamps, also
     that between two clocks, and the longest lag searched for is nearer to a longer one than none.
