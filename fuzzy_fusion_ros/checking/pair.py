@@ -124,20 +124,31 @@ def same_units(sensors: TwoSensors) -> list[Finding]:
 
 def wrong_period(sensors: TwoSensors) -> list[Finding]:
     """Judge whether ``signal.period``, if set, divides a turn in a known unit of the signal."""
-    named = {"the signal": sensors.unit, "s2": sensors.s2.unit, "s1": sensors.s1.unit}
-    angles = [(name, unit) for name, unit in named.items() if unit in TURNS]
-    if sensors.period == 0.0 or not angles:
+    turn = period_of(sensors)
+    if turn == sensors.period:
         return []
-    (name, unit), *_ = angles
-    turn = TURNS[unit]
-    periods = turn / sensors.period
-    if abs(periods - max(round(periods), 1)) < WHOLE:
-        return []
+    name, unit = _angle(sensors)
     text = (
         f"signal.period is {sensors.period:.10g}, but {name} is in {unit}, "
         f"where a turn is {turn:.16g}"
     )
     return [Finding(Level.WARNING, "period", text, {}, f"signal.period: {turn:.16g}")]
+
+
+def period_of(sensors: TwoSensors) -> float:
+    """Return the period by which the samples wrap: ``signal.period`` unless that is wrong."""
+    _, unit = _angle(sensors)
+    if sensors.period == 0.0 or not unit:
+        return sensors.period
+    turn = TURNS[unit]
+    periods = turn / sensors.period
+    return sensors.period if abs(periods - max(round(periods), 1)) < WHOLE else turn
+
+
+def _angle(sensors: TwoSensors) -> tuple[str, str]:
+    """Return what is known to be an angle or the rate of one, and its unit, or two empty texts."""
+    named = {"the signal": sensors.unit, "s2": sensors.s2.unit, "s1": sensors.s1.unit}
+    return next(((name, unit) for name, unit in named.items() if unit in TURNS), ("", ""))
 
 
 def kind_by_units(sensors: TwoSensors) -> Kind | None:

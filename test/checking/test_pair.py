@@ -435,3 +435,24 @@ def test_a_period_in_another_unit_is_named(
     assert finding.text == f"signal.period is {period:.10g}, but {text}"
     assert finding.level is Level.WARNING
     assert finding.remedy == f"signal.period: {text.split()[-1]}"
+
+
+@pytest.mark.parametrize(("unit", "turn"), [("rad", 2.0 * math.pi), ("deg", 360.0)])
+@pytest.mark.parametrize("wrong", [1.0, 7.0, 360.0, 6.0])
+@pytest.mark.parametrize("named", [False, True])
+def test_a_wrong_period_is_all_that_is_named(
+    unit: str, turn: float, wrong: float, named: bool
+) -> None:
+    def angle(values: Reals) -> Reals:
+        share = values - np.round(values)
+        found: Reals = turn * share
+        return found
+
+    period = wrong if unit == "rad" else math.pi * wrong
+    of_types, given = ("", unit) if named else (unit, "")
+    s1 = sensor("s1", T1, angle(0.4 * motion(T1) + 0.01 * NOISE), unit=of_types)
+    s2 = sensor("s2", T2, angle(0.4 * motion(T2 - LAG) + 0.002 * NOISE2), unit=of_types)
+    found = check(TwoSensors(s1, s2, START_NS, period, unit=given))
+    assert [each.about for each in found.findings] == ["period"]
+    assert found.relation is not None
+    assert found.relation.correlation > 0.9
