@@ -19,7 +19,7 @@ LONGEST = 5.0
 """Longest delay and time constant tried at first, s."""
 
 FURTHER = 3.0
-"""Longer ones by this factor are tried as long as the best is near the longest, or not to be trusted."""
+"""Longer ones by this factor are tried as long as the best is near the longest or uncertain."""
 
 SHARE_OF_SPAN = 0.05
 """Longest delay and time constant tried at all, as a share of the recording."""

@@ -75,9 +75,7 @@ def _report(result: TuneResult, given: argparse.Namespace) -> None:
     parts = [report.described(tuned.sensors, unit), report.candidate_lines(tuned, unit)]
     if names[1:]:
         parts.append(report.recording_lines(tuned, unit, names))
-    commands = [f"run the node with: {_node_command(given)}"]
-    if tuned.with_truth:  # which score needs
-        commands.insert(0, f"score them with: {_score_command(given)}")
+    commands = [_offline_command(result, given), f"run the node with: {_node_command(given)}"]
     parts.append([report.outcome(tuned, unit), "parameters written", *commands])
     show("\n\n".join("\n".join(each) for each in parts), on_stderr=given.json == "-")
     if given.plot:
@@ -130,15 +128,23 @@ def _node_command(given: argparse.Namespace) -> str:
     return f"{called('fusion_node')} {options_of_ros}"
 
 
-def _score_command(given: argparse.Namespace) -> str:
-    """Return the command that scores the parameters on the bags that were fitted to."""
+def _offline_command(result: TuneResult, given: argparse.Namespace) -> str:
+    """Return the command that scores the parameters, or replays the bags where they lack a truth.
+
+    It scores what was left out of the fit, if there is enough.
+    """
     arguments = [*given.bag, "--params", given.output]
     for role, topic in options.other_topics(given).items():
         arguments += [f"--{role}", topic]
     for path in given.field:
         arguments += ["--field", path]
     arguments += ["--channel", given.channel] if given.channel else []
-    return f"{called('score')} {shlex.join(arguments)}"
+    if result.to_score is None:
+        return f"replay with: {called('replay')} {shlex.join(arguments)}"
+    for name, limit in zip(("--start", "--end"), result.to_score, strict=True):
+        arguments += [] if limit is None else [name, f"{limit:.12g}"]
+    arguments += ["--unit", given.unit] if given.unit else []
+    return f"score with: {called('score')} {shlex.join(arguments)}"
 
 
 def command_line() -> Parser:

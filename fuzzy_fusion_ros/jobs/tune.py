@@ -6,6 +6,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Sequence
 from contextlib import closing
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -39,6 +40,12 @@ from fuzzy_fusion_ros.tuning.tune import why_unusable
 _NAMED = 5
 """Most bags that are named one by one."""
 
+_ENOUGH = 10
+"""Messages of S1, S2 and truth that a part of a bag has at least if it is worth scoring."""
+
+Span = tuple[float | None, float | None]
+"""Start and end, seconds from the first message of a bag; ``None`` is no limit."""
+
 
 class TuneResult(NamedTuple):
     """A fit and the recordings that it was made to.
@@ -50,6 +57,8 @@ class TuneResult(NamedTuple):
         origin: Bags, span and seed, in words.
         source: The parameters before, with those of channels that were not tuned.
         channel: The channel that was tuned, ``""`` where there are no names.
+        to_score: The span to score: what was left out of the fit, or else what was fitted to;
+            ``None`` where a bag has no truth.
     """
 
     tuned: Tuned
@@ -58,6 +67,7 @@ class TuneResult(NamedTuple):
     origin: str
     source: Source
     channel: str
+    to_score: Span | None
 
     @property
     def parameters(self) -> Parameters:
@@ -125,12 +135,14 @@ class _Read(NamedTuple):
         truths: The truth in each, if there is one.
         base: The parameters with the types of its sensors.
         clocks_agree: Whether one clock stamps both sensors, as far as is known.
+        to_score: Spans that can be scored: first what is left out of the fit, if there is enough.
     """
 
     recordings: list[Recording]
     truths: list[Reals | None]
     base: Parameters
     clocks_agree: bool
+    to_score: list[Span]
 
 
 def tune(
@@ -204,6 +216,7 @@ def tune(
         _origin(bags, start, end, seed, tuned.with_truth),
         parameters,
         (topics or Topics()).channel,
+        next((each for each in read[0].to_score if all(each in r.to_score for r in read)), None),
     )
     if output is not None:
         result.write(output)
@@ -233,6 +246,7 @@ def _read(
             progress.reading(f"reading {Path(bag).name}"),
         )
         found = check_start(reader, wanted, base, start, end)
+        to_score = _to_score(reader, wanted, start, end)
     recording = recording._replace(notes=(*recording.notes, *warning_lines(found)))
     if not use_truth:
         recording = recording._replace(truth=Track._make(each[:0] for each in recording.truth))
@@ -241,7 +255,19 @@ def _read(
     truths = [_truth(each) if known else None for each in parts]
     if len(parts) > 1:
         parts, truths = _usable(parts, truths, int(recording.series.s1_ns[0]))
-    return _Read(parts, truths, base, found.clocks_agree)
+    return _Read(parts, truths, base, found.clocks_agree, to_score)
+
+
+def _to_score(bag: BagReader, topics: Topics, start: float | None, end: float | None) -> list[Span]:
+    """Return the spans of a bag that can be scored, those that are not fitted to first."""
+    after = [] if end is None else [(end, None)]
+    before = [] if start is None else [(None, start)]
+    names = (topics.s1, topics.s2, topics.truth)
+    return [
+        span
+        for span in [*after, *before, (start, end)]
+        if all(len(list(islice(bag.messages([each], *span), _ENOUGH))) == _ENOUGH for each in names)
+    ]
 
 
 def _usable(

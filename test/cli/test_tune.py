@@ -15,6 +15,7 @@ from tuning.quick import be_quick
 from tuning.recordings import START_NS, Sensors, made
 
 from fuzzy_fusion_ros.bag import BagWriter
+from fuzzy_fusion_ros.cli.replay import main as replay
 from fuzzy_fusion_ros.cli.score import main as score
 from fuzzy_fusion_ros.cli.tune import main
 from fuzzy_fusion_ros.jobs.parameter_file import baseline_parameters
@@ -126,17 +127,45 @@ def test_a_truth_may_be_ignored_or_missing(
     assert "without a truth" in (tmp_path / "a.yaml").read_text()
 
 
-def test_topics_and_span_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(
+    ("span", "scored"),
+    [
+        ("--start 1 --end 15", "--start 15"),
+        ("--start 8", "--end 8"),
+        ("--start 0.1", "--start 0.1"),  # nothing to speak of is left out
+        ("--end 19.9 --no-truth", "--end 19.9"),
+        ("", ""),
+    ],
+)
+def test_topics_and_span_are_told(
+    span: str, scored: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     bag = write_bag(tmp_path / "bag", s2="/gps")
     output = tmp_path / "a.yaml"
-    span = ["--start", "1", "--end", "15"]
-    assert main([str(bag), "--s2", "gps", *span, "--output", str(output)]) == 0
+    options = ["--s2", "gps", "--unit", "m/s^2", *span.split()]
+    assert main([str(bag), *options, "--output", str(output)]) == 0
     to_score, to_run = capsys.readouterr().out.splitlines()[-2:]
     assert to_run.endswith(f"--params-file {output} -r s2:=/gps")
     program, arguments = to_score.split(" score ")
-    assert program == "score them with: fuzzy-fusion"
+    assert program == "score with: fuzzy-fusion"
+    assert arguments == shlex.join(
+        [str(bag), "--params", str(output), "--s2", "/gps", *scored.split(), "--unit", "m/s^2"]
+    )
     assert score(shlex.split(arguments)) == 0
-    assert "--start 1 --end 15" in output.read_text().splitlines()[0]
+    assert span.removesuffix(" --no-truth") in output.read_text().splitlines()[0]
+
+
+def test_a_bag_without_a_truth_is_to_be_replayed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    bag = write_bag(tmp_path / "bag", truth=False, s2="/gps")
+    assert main([str(bag), "--s2", "gps"]) == 0
+    to_replay, _ = capsys.readouterr().out.splitlines()[-2:]
+    program, arguments = to_replay.split(" replay ")
+    assert program == "replay with: fuzzy-fusion"
+    assert replay(shlex.split(arguments)) == 0
+    assert (tmp_path / "bag_replay").is_dir()
 
 
 @pytest.mark.parametrize(
