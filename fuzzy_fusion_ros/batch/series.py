@@ -177,6 +177,10 @@ class Trace(NamedTuple):
         """Return some of the rows, shape (n,) says which."""
         return Trace._make([column[chosen] for column in self])
 
+    def known(self, values: Reals) -> Reals:
+        """Return ``values``, shape (n,), NaN at samples at which there is no estimate."""
+        return np.where(self.mode == WAITING, np.nan, values)
+
 
 def fusion(parameters: Parameters, started_ns: int = 0) -> Method:
     """Return the method of this package.
@@ -222,6 +226,11 @@ def run_economically(method: Method, series: Series, *, first: int = 0, every: i
     """Run a method over a series as :func:`run` does, compiled if that pays."""
     compiles = pays_to_compile(method, series.s1.size)
     return run(method, series, compiles=compiles, first=first, every=every)
+
+
+def trace_at_s1(parameters: Parameters, series: Series) -> Trace:
+    """Return what the fusion says at each sample of S1, compiled if that pays."""
+    return run_economically(fusion(parameters, series.started_ns), series.at_s1())
 
 
 def advanced(

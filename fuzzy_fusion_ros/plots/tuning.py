@@ -12,9 +12,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from fuzzy_fusion_ros.batch.arrays import Reals
-from fuzzy_fusion_ros.batch.series import Series, fusion, held_s2, run, seconds
+from fuzzy_fusion_ros.batch.series import Series, held_s2, seconds, trace_at_s1
 from fuzzy_fusion_ros.core.aggregator import aggregate
-from fuzzy_fusion_ros.core.estimator import WAITING
 from fuzzy_fusion_ros.core.membership import large
 from fuzzy_fusion_ros.core.observer import observes
 from fuzzy_fusion_ros.parameters.fusion import AggregatorParameters, BreakPoints, Parameters
@@ -62,8 +61,10 @@ def plot_tuning(tuned: Tuned, series: Series, unit: str, path: str | Path) -> No
         _draw_sets(figure.add_subplot(grid[0, 1]), tuned, "rate", samples.rate, unit)
         _draw_surface(figure.add_subplot(grid[1, 0]), tuned.parameters, samples, "weight", unit)
         _draw_surface(figure.add_subplot(grid[1, 1]), tuned.parameters, samples, "drift", unit)
-        _draw_traces(figure.add_subplot(grid[2, :]), tuned, series, unit)
-        _draw_errors(figure.add_subplot(grid[3, :]), tuned, series, unit)
+        traces = [trace_at_s1(each, series) for each in (tuned.before, tuned.parameters)]
+        estimates = [each.known(each.value) for each in traces]
+        _draw_traces(figure.add_subplot(grid[2, :]), tuned, series, estimates, unit)
+        _draw_errors(figure.add_subplot(grid[3, :]), tuned, series, estimates, unit)
         save(figure, path)
 
 
@@ -134,16 +135,19 @@ def _said(rules: AggregatorParameters, difference: float, rate: float, name: str
     return float(getattr(aggregate(rules, difference, 0.0, rate), name))
 
 
-def _draw_traces(axes: Axes, tuned: Tuned, series: Series, unit: str) -> None:
-    """Draw a close-up of where the signal varies most."""
+def _draw_traces(
+    axes: Axes, tuned: Tuned, series: Series, estimates: list[Reals], unit: str
+) -> None:
+    """Draw a close-up of where the signal varies most, with the estimates before and after."""
     s1_s, _ = seconds(series)
     s2 = held_s2(series)
+    before, after = estimates
     near = close_up(s1_s, tuned.target, s2)
     shown = {
         "s1": (series.s1, NAMES["s1"]),
         "s2": (s2, NAMES["s2"]),
-        "average": (_estimate(tuned.before, series), "estimate before"),
-        "estimate": (_estimate(tuned.parameters, series), "estimate after"),
+        "average": (before, "estimate before"),
+        "estimate": (after, "estimate after"),
         "truth": (tuned.target, NAMES["truth"] if tuned.with_truth else "reference"),
     }
     for name, (values, label) in shown.items():
@@ -154,25 +158,22 @@ def _draw_traces(axes: Axes, tuned: Tuned, series: Series, unit: str) -> None:
     axes.legend(ncols=5, loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
 
 
-def _draw_errors(axes: Axes, tuned: Tuned, series: Series, unit: str) -> None:
+def _draw_errors(
+    axes: Axes, tuned: Tuned, series: Series, estimates: list[Reals], unit: str
+) -> None:
     """Draw the errors before and after over the whole recording."""
     s1_s, _ = seconds(series)
     every = max(1, s1_s.size // _MOST_POINTS)
-    for parameters, name, label, rmse in (
-        (tuned.before, "average", "before", tuned.before_error),
-        (tuned.parameters, "estimate", "after", tuned.error),
+    before, after = estimates
+    for estimate, name, label, rmse in (
+        (before, "average", "before", tuned.before_error),
+        (after, "estimate", "after", tuned.error),
     ):
-        error = np.where(tuned.counted, _estimate(parameters, series) - tuned.target, np.nan)
+        error = np.where(tuned.counted, estimate - tuned.target, np.nan)
         label = with_unit(f"{label}, RMSE {rmse:.3g}", unit, " ")
         axes.plot(s1_s[::every], error[::every], color=COLOURS[name], label=label, linewidth=0.8)
     axes.set(xlabel="time / s", ylabel=with_unit("error", unit))
     axes.legend(ncols=2, loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
-
-
-def _estimate(parameters: Parameters, series: Series) -> Reals:
-    """Return the estimate, NaN where there is none."""
-    trace = run(fusion(parameters, series.started_ns), series.at_s1())
-    return np.where(trace.mode == WAITING, np.nan, trace.value)
 
 
 def _reach(samples: Reals, ramp: BreakPoints) -> float:

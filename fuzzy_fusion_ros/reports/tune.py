@@ -7,19 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from fuzzy_fusion_ros.batch.arrays import Reals
-from fuzzy_fusion_ros.batch.series import (
-    Series,
-    Trace,
-    fusion,
-    held_s2,
-    run_economically,
-    seconds,
-)
+from fuzzy_fusion_ros.batch.series import Series, held_s2, seconds, trace_at_s1
 from fuzzy_fusion_ros.core.estimator import WAITING
 from fuzzy_fusion_ros.messages.outputs import DEVIATION, RULES
 from fuzzy_fusion_ros.online.mode_shares import shares_of
-from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.plots.names import COLOURS, NAMES
 from fuzzy_fusion_ros.reports.charts import charts
 from fuzzy_fusion_ros.reports.page import Line, Page, Table, shares
@@ -50,8 +41,7 @@ def tune_page(
         of_several: Whether the fit was made to several recordings, and so the errors of candidates
             are over all of them.
     """
-    series = series.at_s1()
-    before, after = (_trace(each, series) for each in (tuned.before, tuned.parameters))
+    before, after = (trace_at_s1(each, series) for each in (tuned.before, tuned.parameters))
     fused = after.mode != WAITING
     target = NAMES["truth"] if tuned.with_truth else "reference"
     lines = (
@@ -78,21 +68,12 @@ def tune_page(
         series={
             "s1": series.s1,
             "s2": held_s2(series),
-            "before": _known(before, before.value),
-            "estimate": _known(after, after.value),
+            "before": before.known(before.value),
+            "estimate": after.known(after.value),
             "truth": np.where(tuned.counted, tuned.target, np.nan),
-            **{name: _known(after, values) for name, values in behind.items()},
+            **{name: after.known(values) for name, values in behind.items()},
         },
         charts=charts(lines, unit, behind),
         rules=rule_base(tuned.parameters, unit),
         parameters=source,
     )
-
-
-def _trace(parameters: Parameters, series: Series) -> Trace:
-    return run_economically(fusion(parameters, series.started_ns), series)
-
-
-def _known(trace: Trace, values: Reals) -> Reals:
-    """Return what is known at each sample, NaN while the fusion waits."""
-    return np.where(trace.mode == WAITING, np.nan, values)

@@ -220,8 +220,7 @@ def score(
         deviations["estimate"] = held(known.stamps_ns, known.values, stamps_ns)
     for name, method in methods(used).items():
         other = _rising(run_economically(method, series, first=first, every=every))
-        value = np.where(other.mode == WAITING, np.nan, other.value)
-        values[name] = held(other.stamp_ns, value, stamps_ns)
+        values[name] = held(other.stamp_ns, other.known(other.value), stamps_ns)
         deviations[name] = held(other.stamp_ns, other.standard_deviation, stamps_ns)
     values = {name: nearest(each, truth, period) for name, each in values.items()}
     usable = np.isfinite([truth, *values.values()]).all(axis=0)
