@@ -10,19 +10,27 @@ from checking.standins import FAULTS, MOTIONS
 SEEDS = range(3)
 PAIRS = len(SEEDS) * len(MOTIONS)
 
-# Of 21 pairs each: how many must be named right, and how many may be blamed for something else.
-# Some faults cannot always be told: the rate of a sine looks like a sine.
+MOTION = len(SEEDS)
+"""Pairs of one motion."""
+
+# How many pairs must be named right, and how many may be blamed for something else.
+ALMOST_ALWAYS = (PAIRS - 1, 0)
+ONE_MOTION_HIDES_IT = (PAIRS - MOTION, 0)
 BOUNDS = {
-    "none": (21, 0),
-    "negated, noise in one half": (15, 0),
-    "s1 is the rate": (17, 0),
-    "s2 is the rate": (16, 1),
-    "exchanged": (18, 0),
-    "s1 stuck": (18, 0),
-    "s1 stuck in the second half": (18, 0),
-    "unrelated": (12, 2),
+    "none": (PAIRS, 0),
+    # 10 would be named if a half in which noise hides the motion spoke against the fault, and 15
+    # are, as it does not; over the 140 pairs of docs/check.md half are.
+    "negated, noise in one half": (12, 0),
+    # The rate of a sine is a sine, that of steps is next to nothing between them.
+    "s1 is the rate": ONE_MOTION_HIDES_IT,
+    "s2 is the rate": (PAIRS - 2 * MOTION, 1),
+    # Where little moves, there is little to compare.
+    "exchanged": ONE_MOTION_HIDES_IT,
+    "s1 stuck": ONE_MOTION_HIDES_IT,
+    "s1 stuck in the second half": ONE_MOTION_HIDES_IT,
+    # Two slow motions are alike by chance, and then, one pair in ten, through a sign or a rate.
+    "unrelated": (PAIRS // 2 + 1, PAIRS // 10),
 }
-ALMOST_ALWAYS = (20, 0)
 
 
 def test_every_fault_has_an_expectation() -> None:
