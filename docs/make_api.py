@@ -35,7 +35,7 @@ HEAD = """\
 
 These names are public; everything else may change without notice. The first part needs no ROS, and
 `import fuzzy_fusion_ros` imports nothing else until a name is used. Programs that use it are
-[fuse_arrays.py](../examples/fuse_arrays.py) and the others in that directory;
+`examples/fuse_arrays.py` and the others in that directory;
 [fusion_node](fusion_node.md#parameters) lists the parameters.
 """
 TYPES = (

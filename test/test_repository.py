@@ -82,6 +82,7 @@ def test_all_name_the_version_of_the_package() -> None:
         if "id" in each
     }
     assert f'version="{version}"' in (ROOT / "setup.py").read_text()
+    assert f'release = "{version}"' in (ROOT / "docs" / "conf.py").read_text()
     assert citation["version"] == version
     assert f"fuzzy_fusion_ros {version}," in fields["versions"]["attributes"]["placeholder"]
     assert f"\n{version} ({citation['date-released']})\n" in (ROOT / "CHANGELOG.rst").read_text()

@@ -3,22 +3,55 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
+import yaml
 
-DOCS = Path(__file__).resolve().parents[1] / "docs"
+ROOT = Path(__file__).resolve().parents[1]
+DOCS = ROOT / "docs"
+
+
+def build(pages: Path, site: Path) -> None:
+    """Build a site; a warning is an error."""
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"]
+    done = subprocess.run([*command, pages, site], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 @pytest.mark.slow("builds every page")
 def test_the_site_builds_without_warnings(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"]
-    done = subprocess.run([*command, DOCS, tmp_path], capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
+    build(DOCS, tmp_path)
     for page in DOCS.glob("*.md"):
         assert (tmp_path / f"{page.stem}.html").exists()
+
+
+@pytest.mark.slow("builds every page")
+def test_rosdoc2_finds_the_pages_the_pictures_and_the_quality_declaration(tmp_path: Path) -> None:
+    """In a project as rosdoc2 makes it: a copy of the pages, beside its own."""
+    manifest = ElementTree.parse(ROOT / "package.xml")
+    settings, configuration = yaml.safe_load_all(
+        (ROOT / str(manifest.findtext("export/rosdoc2"))).read_text()
+    )
+    assert settings == {"type": "rosdoc2 config", "version": 1}
+    pages = tmp_path / "pages"
+    shutil.copytree(ROOT / configuration["builders"][0]["sphinx"]["sphinx_sourcedir"], pages)
+    (pages / "standard_docs" / "original").mkdir(parents=True)
+    for path in ("index", "standards", "__readme_include", "standard_docs/README"):
+        (pages / f"{path}.rst").write_text(f"{path}\n{'=' * len(path)}\n")
+    for name in ("README.md", "CONTRIBUTING.md", "QUALITY_DECLARATION.md", "CHANGELOG.rst"):
+        shutil.copy(ROOT / name, pages / "standard_docs" / "original")
+    site = tmp_path / "site"
+    build(pages, site)
+    assert "What do you want to do?" in (site / "index.html").read_text()
+    declaration = (site / "standard_docs" / "original" / "QUALITY_DECLARATION.html").read_text()
+    assert 'href="../../tuning.html"' in declaration
+    assert (site / "_images" / "fig18.png").exists()
+    assert "QUALITY_DECLARATION.html" in (site / "index.html").read_text()
 
 
 def test_every_page_is_in_the_contents() -> None:
