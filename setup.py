@@ -242,6 +242,8 @@ setup(
     maintainer="fuzzy_fusion_ros developers",
     maintainer_email="maintainers@fuzzy-fusion-ros.invalid",
     license="Apache-2.0 AND MIT",
+    url="https://docs.ros.org/en/jazzy/p/fuzzy_fusion_ros/",  # exists from the first release on
+    project_urls={"Paper": "https://arxiv.org/abs/1010.6096"},
     python_requires=">=3.10",
     packages=find_packages(exclude=["test", "test.*"]),
     package_data={PACKAGE: ["py.typed", "reports/page.html", "reports/uplot/*"]},

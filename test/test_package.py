@@ -227,6 +227,7 @@ def test_package_xml_is_valid() -> None:
 
 def test_setup_py_says_what_package_xml_says(manifest: Package, metadata: Message) -> None:
     (maintainer,) = manifest.maintainers
+    (website,) = [each.url for each in manifest.urls if each.type == "website"]
     assert (
         metadata["Name"].replace("-", "_"),  # setuptools before 67 writes it with hyphens
         metadata["Version"],
@@ -234,6 +235,7 @@ def test_setup_py_says_what_package_xml_says(manifest: Package, metadata: Messag
         metadata["License"],
         metadata["Maintainer"],
         metadata["Maintainer-email"],
+        metadata["Home-page"],
     ) == (
         manifest.name,
         manifest.version,
@@ -241,6 +243,7 @@ def test_setup_py_says_what_package_xml_says(manifest: Package, metadata: Messag
         " AND ".join(manifest.licenses),
         maintainer.name,
         maintainer.email,
+        website,
     )
 
 
