@@ -85,8 +85,11 @@ def log(harness: Harness) -> Log:
 
 
 @pytest.fixture
-def diagnostics(harness: Harness) -> Diagnostics:
-    """What nodes publish on /diagnostics."""
+def diagnostics(harness: Harness, monkeypatch: pytest.MonkeyPatch) -> Diagnostics:
+    """What nodes publish on /diagnostics: ten times a second, so that tests wait less."""
     from nodes.watching import Diagnostics
 
+    from fuzzy_fusion_ros.ros import diagnostics
+
+    monkeypatch.setattr(diagnostics, "PERIOD", 0.1)
     return Diagnostics(harness)

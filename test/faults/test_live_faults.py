@@ -28,7 +28,7 @@ def has_received(source: SensorInput, messages: int) -> bool:
 
 
 @pytest.mark.parametrize("sensor", [S1, S2])
-def test_one_fault_after_the_other(harness: Harness, sensor: str) -> None:
+def test_one_fault_after_the_other(harness: Harness, diagnostics: Diagnostics, sensor: str) -> None:
     """All of them in one run; each sample is sent when the one before has been taken."""
     stream: Stream = []
     drops: Counter[Drop] = Counter()
@@ -42,7 +42,6 @@ def test_one_fault_after_the_other(harness: Harness, sensor: str) -> None:
 
     node = harness.fusion_node()
     feed = harness.feed()
-    diagnostics = Diagnostics(harness)
     inputs = {S1: node.channels[0].s1, S2: node.channels[0].s2}
     publishers = {S1: feed.s1, S2: feed.s2}
     for each in stream:

@@ -263,8 +263,9 @@ def test_a_channel_without_an_estimate_since_a_jump_holds_back_no_other(tmp_path
     assert not [each for each in notes if "skipped" in each]
 
 
-def test_diagnostics_and_log_name_the_channel(harness: Harness) -> None:
-    diagnostics, log = Diagnostics(harness), Log(harness)
+def test_diagnostics_and_log_name_the_channel(
+    harness: Harness, diagnostics: Diagnostics, log: Log
+) -> None:
     harness.fusion_node(TOGETHER)
     publishers = {topic: harness.publisher(topic) for topic in ("/s1", "/s2")}
     harness.spin_until_matched(*publishers.values())

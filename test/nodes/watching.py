@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -83,9 +84,15 @@ class Diagnostics:
 
     def saying(self, name: str, text: str) -> Status:
         """Return the first status of a name that holds a text, once there is one."""
+        return self._first(name, lambda status: text in status.message, repr(text))
 
+    def having(self, name: str, key: str, value: str) -> Status:
+        """Return the first status of a name with a value, once there is one."""
+        return self._first(name, lambda status: status.values[key] == value, f"{key} {value}")
+
+    def _first(self, name: str, matches: Callable[[Status], bool], what: str) -> Status:
         def found() -> list[Status]:
-            return [status for status in self.of(name) if text in status.message]
+            return [status for status in self.of(name) if matches(status)]
 
-        self._harness.spin_until(found, f"diagnostics of {name} with {text!r}")
+        self._harness.spin_until(found, f"diagnostics of {name} with {what}")
         return found()[0]

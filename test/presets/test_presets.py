@@ -39,6 +39,7 @@ PROMISED = 1.2
 """Share of the error in the table of the documentation that the estimate may have."""
 WITHIN_1SD = (0.43, 0.9)
 """Of independent normal errors 0.68 are; S2's lag leaves the temperature's at 0.45."""
+OTHERS = pytest.mark.slow("as the preset of three channels")
 PAGE = PRESETS.parents[1] / "docs" / "fusion_node.md"
 
 
@@ -90,11 +91,11 @@ def sensors_alone(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("sensors_alone")
 @pytest.mark.parametrize(("name", "channel"), CHANNELS)
 def test_it_is_better_than_either_sensor(
-    replayed: Callable[[str], Path], name: str, channel: str
+    recorded: Callable[[str], Path], name: str, channel: str
 ) -> None:
     rig, parameters = RIGS[name], parameters_from(PRESETS / f"{name}.yaml")
     topics, own = topics_of(rig, channel), parameters.channel(channel)
-    found = score_bag(replayed(name), topics, own)
+    found = score_bag(recorded(name), topics, own)
     assert found.notes == ()
     errors = {each: found.scores(each)["rmse"] for each in ("estimate", "s1", "s2")}
     assert errors["estimate"] < BETTER[name] * min(errors["s1"], errors["s2"]), errors
@@ -102,6 +103,26 @@ def test_it_is_better_than_either_sensor(
     assert errors["estimate"] < PROMISED * documented(name)
     low, high = WITHIN_1SD
     assert low < found.scores("estimate")["within_1sd"] < high
+
+
+@pytest.mark.usefixtures("sensors_alone")
+@pytest.mark.parametrize(
+    ("name", "channel"),
+    [
+        each if each == ("three_axes", "x") else pytest.param(*each, marks=OTHERS)
+        for each in CHANNELS
+    ],
+)
+def test_its_replay_scores_the_same(
+    recorded: Callable[[str], Path], replayed: Callable[[str], Path], name: str, channel: str
+) -> None:
+    """But for what the type of the estimate rounds."""
+    own = parameters_from(PRESETS / f"{name}.yaml").channel(channel)
+    topics = topics_of(RIGS[name], channel)
+    errors = [
+        score_bag(bag(name), topics, own).scores("estimate")["rmse"] for bag in (recorded, replayed)
+    ]
+    assert errors[1] == pytest.approx(errors[0], rel=1e-5)
 
 
 @pytest.mark.parametrize(("name", "channel"), CHANNELS)
