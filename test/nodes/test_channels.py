@@ -271,8 +271,8 @@ def test_diagnostics_and_log_name_the_channel(
     harness.spin_until_matched(*publishers.values())
     for topic, stamp_ns, values in without_y("/s1", after=0):
         publishers[topic].publish(point(stamp_ns, values))
-    assert diagnostics.next("fusion_node: x.fusion").values["mode"] == "FUSED"
-    said = diagnostics.next("fusion_node: y.s1")
+    diagnostics.having("fusion_node: x.fusion", "mode", "FUSED")
+    said = diagnostics.having("fusion_node: y.s1", "received", "100")
     assert (said.level, said.values["admitted"]) == (WARN, "0")
     log.wait_for("y: s1: /s1, point.y of geometry_msgs/msg/PointStamped")
 
