@@ -75,11 +75,10 @@ def test_bad_samples_change_nothing_but_counts(
         got.append(feed(at, s1=sample.value, s2=sample.value))
     assert got == fused_by_the_core()
     assert len(feed.estimates) == len(CLEAN)
-    status = diagnostics.saying(f"fusion_node: {sensor}", Drop.NOT_NEWER.value)
-    assert status.level == WARN
+    assert diagnostics.saying(f"fusion_node: {sensor}", Drop.NOT_NEWER.value).level == WARN
+    status = diagnostics.having(f"fusion_node: {sensor}", "admitted", str(len(CLEAN)))
     assert {name: status.values[f"dropped: {name}"] for name in COUNTS} == COUNTS
     assert status.values["last reason for a drop"] == Drop.NOT_NEWER.value
-    assert status.values["admitted"] == str(len(CLEAN))
     other = "s2" if sensor == "s1" else "s1"
     dropped = diagnostics.of(f"fusion_node: {other}")[-1].values
     assert {dropped[f"dropped: {each.value}"] for each in Drop} == {"0"}

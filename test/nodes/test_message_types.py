@@ -260,9 +260,9 @@ def test_a_message_without_the_element_is_counted_and_named(
     s2.publish(stamped("geometry_msgs/msg/PointStamped", 5.0))
     s1.publish(joint_state(5.0, 0.0))
     harness.spin_until(lambda: estimates)
-    status = diagnostics.saying("fusion_node: s1", "2 dropped: message lacks the field")
-    assert status.level == WARN
-    assert status.values["dropped: message lacks the field"] == "2"
+    lacking = "dropped: message lacks the field"
+    assert diagnostics.saying("fusion_node: s1", lacking).level == WARN
+    status = diagnostics.having("fusion_node: s1", lacking, "2")
     assert status.values["last reason for a drop"] == "message lacks the field"
     assert "position has 1 elements" in status.values["last unreadable message"]
 
@@ -285,9 +285,9 @@ def test_what_is_no_message_of_the_type_is_counted_and_named(
     s1.publish(stamped("geometry_msgs/msg/PointStamped", 5.0))
     harness.spin_until(lambda: estimates)
     assert len(estimates) == 1
-    status = diagnostics.saying("fusion_node: s2", "dropped: message lacks the field")
-    assert status.level == WARN
-    assert status.values["dropped: message lacks the field"] == "6"
+    lacking = "dropped: message lacks the field"
+    assert diagnostics.saying("fusion_node: s2", lacking).level == WARN
+    status = diagnostics.having("fusion_node: s2", lacking, "6")
     assert f"a message is not a {kind}: " in status.values["last unreadable message"]
 
 
