@@ -173,6 +173,11 @@ def test_the_page_of_a_fit_shows_sensors_candidates_and_what_came_before(
     text = window.find("main").text
     assert "S1: 25 Hz, white noise of" in text
     assert "(chosen)" in text
+    sides = window.value(
+        "Array.from(document.querySelectorAll('.wide tbody tr:first-child > *'), "
+        "each => getComputedStyle(each).textAlign)"
+    )
+    assert sides == ["left", "right", "right", "left"]  # name, two numbers, text
     window.point_at("#chart-signal .u-over", 0.5)
     shown = legend(window, "signal")
     k = window.value("report.idx")
