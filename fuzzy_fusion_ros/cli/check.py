@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         progress=fleet.progress_of(given),
     )
     bags = fleet.bags_of(given)
-    found = dict(zip(bags, fleet.run(task, bags, given), strict=True))
+    found = dict(zip(bags, fleet.run(task, {each: each for each in bags}, given), strict=True))
     documents = {}
     fine = True
     for bag, each in found.items():

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TypeVar
 
 from fuzzy_fusion_ros.cli.progress import BARS
-from fuzzy_fusion_ros.jobs.fleet import Failure, outcomes
+from fuzzy_fusion_ros.jobs.fleet import Failure, Interrupted, outcomes
 from fuzzy_fusion_ros.jobs.progress import SILENT, Progress
 from fuzzy_fusion_ros.parameters.errors import FusionError
 
@@ -17,6 +17,9 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 MOST_JOBS = 1024
+
+MOST_NAMED = 5
+"""Bags that are named one by one."""
 
 
 def add_bags(parser: argparse.ArgumentParser) -> None:
@@ -70,20 +73,51 @@ def bags_of(arguments: argparse.Namespace) -> list[str]:
 
 
 def run(
-    task: Callable[[T], R], items: Sequence[T], arguments: argparse.Namespace
+    task: Callable[[T], R], items: Mapping[str, T], arguments: argparse.Namespace
 ) -> list[R | Failure]:
     """Run a task for each bag.
 
+    Args:
+        task: The task.
+        items: What it takes, by the name of what is complete once it is done.
+        arguments: What was given.
+
     Raises:
         FusionError: There is one bag only, and it cannot be used; or no scheduler answers.
+        KeyboardInterrupt: It says which are done, and what the others say of their work so far.
     """
-    ran: Iterator[R | Failure] = outcomes(task, items, arguments.jobs, arguments.scheduler)
+    ran: Iterator[R | Failure | Interrupted] = outcomes(
+        task, list(items.values()), arguments.jobs, arguments.scheduler
+    )
     if len(items) > 1 and progress_of(arguments) is SILENT:
         ran = iter(BARS.over(ran, "bags", len(items), " bags"))
-    found = list(ran)
+    found: list[R | Failure] = []
+    unfinished: list[Interrupted] = []
+    complete: list[str] = []
+    try:
+        for name, each in zip(items, ran, strict=True):
+            if isinstance(each, Interrupted):
+                unfinished.append(each)
+                continue
+            found.append(each)
+            complete += [] if isinstance(each, Failure) else [name]
+    except KeyboardInterrupt:
+        unfinished.append(Interrupted(""))
+    if unfinished:
+        raise KeyboardInterrupt(*_so_far(complete, unfinished, len(items)))
     if len(found) == 1 and isinstance(found[0], Failure):
         raise FusionError(found[0].reason)
     return found
+
+
+def _so_far(complete: Sequence[str], unfinished: Iterable[Interrupted], of: int) -> list[str]:
+    """Return what is complete and what is not, as a text if there is anything to say."""
+    parts = [each.so_far for each in unfinished if each.so_far]
+    if of > 1:
+        names = ", ".join(complete) if len(complete) <= MOST_NAMED else f"up to {complete[-1]}"
+        named = f" ({names})" if complete else ""
+        parts.insert(0, f"{len(complete)} of {of} bags are complete{named}")
+    return ["; ".join(parts)] if parts else []
 
 
 def failed_row(bag: str, failure: Failure, columns: int) -> tuple[str, ...]:

@@ -53,7 +53,8 @@ def _replay(given: argparse.Namespace) -> int:
     )
     bags = fleet.bags_of(given)
     outputs = [fleet.absolute(str(each), given) or "" for each in _outputs(bags, given.output)]
-    found = fleet.run(task, list(zip(bags, outputs, strict=True)), given)
+    items = {output: (bag, output) for bag, output in zip(bags, outputs, strict=True)}
+    found = fleet.run(task, items, given)
     rows: list[tuple[str, ...]] = [("bag", "copied", "estimates", "new bag")]
     for bag, output, each in zip(bags, outputs, found, strict=True):
         if isinstance(each, Failure):

@@ -45,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         progress=fleet.progress_of(given),
     )
     bags = fleet.bags_of(given)
-    found = dict(zip(bags, fleet.run(task, bags, given), strict=True))
+    found = dict(zip(bags, fleet.run(task, {each: each for each in bags}, given), strict=True))
     documents = _report(found, given)
     status = FAILED if any(isinstance(each, Failure) for each in found.values()) else DONE
     return status if before is None else max(status, _check(documents, before, given.tolerance))

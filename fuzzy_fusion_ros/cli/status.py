@@ -27,7 +27,7 @@ GRACE = 5.0
 LONGEST = 2000
 """Characters of a message: a name can have thousands."""
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_ENDED = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
 
 Main = Callable[[Sequence[str] | None], int]
 
@@ -47,8 +47,9 @@ def command(name: str) -> Callable[[Main], Callable[..., int]]:
         @functools.wraps(main)
         def run(arguments: Sequence[str] | None = None) -> int:
             _reserve_streams()
+            termination = _Termination()
             try:
-                with _Termination():
+                with termination:
                     return main(arguments)
             except FusionError as error:
                 say(name, error)
@@ -62,8 +63,8 @@ def command(name: str) -> Callable[[Main], Callable[..., int]]:
             except BrokenPipeError:
                 return 128 + signal.SIGPIPE
             except KeyboardInterrupt as error:
-                say(name, ": ".join(["interrupted", *map(str, error.args)]))
-                return 128 + signal.SIGINT
+                say(name, ": ".join([_ENDED[termination.number], *map(str, error.args)]))
+                return 128 + termination.number
 
         return run
 
@@ -138,16 +139,22 @@ def _missing(error: ModuleNotFoundError) -> str:
 
 
 class _Termination:
-    """While it lasts, SIGINT and SIGTERM unwind as an exit does, so that files are closed.
+    """While it lasts, SIGINT and SIGTERM unwind as ``KeyboardInterrupt``, so that files are closed.
 
     Unwinding may be impossible: in compiled code that runs for minutes, and where a library
     swallows the exception. After ``GRACE`` seconds, or at the next signal, the process ends anyway.
+
+    Attributes:
+        number: The signal that has come, SIGINT before.
     """
+
+    def __init__(self) -> None:
+        self.number = signal.SIGINT
 
     def __enter__(self) -> None:
         self._main = threading.current_thread() is threading.main_thread()
         if self._main:
-            found = {number: signal.getsignal(number) for number in _SIGNALS}
+            found = {number: signal.getsignal(number) for number in _ENDED}
             self._before = {each: found[each] for each in found if found[each] != signal.SIG_IGN}
             for number in self._before:
                 signal.signal(number, self._unwind)
@@ -168,9 +175,8 @@ class _Termination:
     def _unwind(self, number: int, _: FrameType | None) -> None:
         for each in self._before:
             signal.signal(each, signal.SIG_DFL)
-        if number == signal.SIGINT:
-            raise KeyboardInterrupt
-        raise SystemExit(128 + number)
+        self.number = signal.Signals(number)
+        raise KeyboardInterrupt
 
     def _watch(self, reading: int) -> None:
         """Wait for the first signal, which the system reports even while no Python code runs."""

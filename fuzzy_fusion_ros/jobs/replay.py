@@ -51,6 +51,7 @@ def replay(
 
     Raises:
         FusionError: The bag, the parameters or the output cannot be used.
+        KeyboardInterrupt: It says how much of the time the new bag holds.
     """
     wanted = topics or Topics()
     base = fusion_parameters(parameters).only(wanted.channel)
@@ -65,11 +66,14 @@ def replay(
             progress.reading("replay", reader.message_count),
             explained=explanation,
         )
-        found = [
-            f"{name}: {each}" if name else each
-            for name, own in base.by_channel().items()
-            for each in warnings_of(reader, wanted, own, start, end)
-        ]
+        try:
+            found = [
+                f"{name}: {each}" if name else each
+                for name, own in base.by_channel().items()
+                for each in warnings_of(reader, wanted, own, start, end)
+            ]
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(f"{output} is complete") from None
     return replayed._replace(notes=(*replayed.notes, *found))
 
 

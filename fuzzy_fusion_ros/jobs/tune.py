@@ -17,7 +17,7 @@ from fuzzy_fusion_ros.baselines import BaselineParameters
 from fuzzy_fusion_ros.batch.arrays import Reals, nearest
 from fuzzy_fusion_ros.batch.series import held_s2
 from fuzzy_fusion_ros.jobs import parameter_file
-from fuzzy_fusion_ros.jobs.fleet import Failure, outcomes
+from fuzzy_fusion_ros.jobs.fleet import Failure, Interrupted, outcomes
 from fuzzy_fusion_ros.jobs.outputs import require_writable
 from fuzzy_fusion_ros.jobs.parameter_file import Source, baseline_parameters, fusion_parameters
 from fuzzy_fusion_ros.jobs.progress import SILENT, Progress
@@ -197,6 +197,8 @@ def tune(
         for each in found:
             if isinstance(each, Failure):
                 raise FusionError(each.reason)
+            if isinstance(each, Interrupted):
+                raise KeyboardInterrupt
             read.append(each)
     _require_same_types(read)
     if use_truth:

@@ -29,6 +29,7 @@ from fuzzy_fusion_ros.offline.bag_fusion import BagChannels
 from fuzzy_fusion_ros.offline.bulk import Bulk
 from fuzzy_fusion_ros.offline.topics import Topics, explanation_prefix, explanation_topics
 from fuzzy_fusion_ros.offline.tracks import Progress
+from fuzzy_fusion_ros.online.clocks import duration
 from fuzzy_fusion_ros.online.mode_shares import ModeShares
 from fuzzy_fusion_ros.online.verdict import Together
 from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
@@ -163,7 +164,8 @@ def _new_bag(output: str | Path, bag: BagReader, share: float) -> Iterator[BagWr
         first_ns, last_ns = writer.span_ns
         whole_s = share * ((bag.end_ns or 0) - (bag.start_ns or 0)) * 1e-9
         raise KeyboardInterrupt(
-            f"{output} holds the first {(last_ns - first_ns) * 1e-9:.0f} s of {whole_s:.0f} s"
+            f"{output} holds the first {duration((last_ns - first_ns) * 1e-9)} of "
+            f"{duration(whole_s)}"
         ) from None
 
 

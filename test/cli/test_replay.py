@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from bag.recorded import messages, swing, write_scalars
@@ -43,23 +45,52 @@ def test_it_is_named_after_the_old_one(
     assert messages(tmp_path / "bag_replay") == messages(tmp_path / "bag_0_replay")
 
 
+@pytest.mark.parametrize(
+    ("seconds", "kept", "whole"), [(40.0, "20.0 s", "40.0 s"), (0.4, "0.19 s", "0.39 s")]
+)
 def test_an_interrupt_leaves_what_came_before_and_says_how_much(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    seconds: float,
+    kept: str,
+    whole: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    bag = write_scalars(tmp_path / "bag", swing(40.0))
+    bag = write_scalars(tmp_path / "bag", swing(seconds))
     monkeypatch.setattr(Bars, "over", interrupted_half_way)
     assert main([str(bag), "--output", str(tmp_path / "out")]) == 130
     said = capsys.readouterr().err
-    assert said == f"replay: interrupted: {tmp_path / 'out'} holds the first 20 s of 40 s\n"
+    assert said == f"replay: interrupted: {tmp_path / 'out'} holds the first {kept} of {whole}\n"
     with open_bag(tmp_path / "out") as out:
         assert out.problems == []
-        assert len(list(out.messages(["/s1"]))) == 2000
+        assert len(list(out.messages(["/s1"]))) == round(50.0 * seconds)
 
 
-def interrupted_half_way(_: Bars, blocks: Iterable[Block], *args: object) -> Iterator[Block]:
+def test_an_interrupt_says_which_of_several_bags_are_complete(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    names = [str(write_scalars(tmp_path / each, swing(4.0))) for each in "abc"]
+    over, calls = Bars.over, itertools.count()
+
+    def interrupted_in_the_second(*args: Any, **options: Any) -> Any:
+        return (over if next(calls) == 0 else interrupted_half_way)(*args, **options)
+
+    monkeypatch.setattr(Bars, "over", interrupted_in_the_second)
+    out = tmp_path / "out"
+    assert main([*names, "--output", str(out)]) == 130
+    assert capsys.readouterr().err == (
+        f"replay: interrupted: 1 of 3 bags are complete ({out / 'a_replay'}); "
+        f"{out / 'b_replay'} holds the first 2.0 s of 4.0 s\n"
+    )
+    assert sorted(each.name for each in out.iterdir()) == ["a_replay", "b_replay"]
+
+
+def interrupted_half_way(
+    _: Bars, blocks: Iterable[Block], *args: object, **options: object
+) -> Iterator[Block]:
     """Pass on one half of the messages, then act as Ctrl-C does."""
     found = list(blocks)
-    half_way_ns = int(found[0].log_ns[0]) + 20 * 10**9
+    half_way_ns = (int(found[0].log_ns[0]) + int(found[-1].log_ns[-1]) + 10_000_000) // 2
     for block in found:
         yield block.chosen(block.log_ns < half_way_ns)
         if block.log_ns[-1] >= half_way_ns:

@@ -251,7 +251,7 @@ def test_sigterm_unwinds() -> None:
     return 0"""
     )
     out, said = process.communicate()
-    assert (process.returncode, out, said) == (143, "closed\n", "")
+    assert (process.returncode, out, said) == (143, "closed\n", "tool: terminated\n")
 
 
 @pytest.mark.parametrize("amount", [10, 1_000_000])

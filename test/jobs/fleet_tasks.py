@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import threading
 from pathlib import Path
 
 from fuzzy_fusion_ros.parameters.errors import FusionError
@@ -25,3 +26,22 @@ def gated(item: tuple[int, str]) -> int:
         file.write(f"{os.getpid()}\n")
     with Path(folder, "gate").open("rb"):  # a FIFO: opens once somebody writes to it
         return number * number
+
+
+def waiting(item: tuple[int, str]) -> int:
+    """Return the square of an even number; for an odd one, write that it waits, and do."""
+    number, folder = item
+    if number % 2:
+        Path(folder, f"waits_{number}_{os.getpid()}").touch()
+        try:
+            threading.Event().wait()
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(f"{number} has waited") from None
+    return number * number
+
+
+def noted(item: tuple[int, str]) -> int:
+    """Write that it has begun, return the square."""
+    number, folder = item
+    Path(folder, str(number)).touch()
+    return number * number

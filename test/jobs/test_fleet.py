@@ -18,11 +18,10 @@ import distributed
 import pytest
 from bag.recorded import swing, write_scalars
 from faults.waiting import wait_until
-from jobs.fleet_tasks import gated, square
+from jobs.fleet_tasks import gated, noted, square, waiting
 
 from fuzzy_fusion_ros.cli.score import main as score
-from fuzzy_fusion_ros.jobs import fleet
-from fuzzy_fusion_ros.jobs.fleet import Failure, outcomes
+from fuzzy_fusion_ros.jobs.fleet import Failure, Interrupted, outcomes
 from fuzzy_fusion_ros.parameters.errors import FusionError
 
 ROOT = Path(__file__).parents[2]
@@ -154,7 +153,65 @@ def test_no_scheduler_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
         list(outcomes(square, [1, 2], scheduler="tcp://127.0.0.1:9"))
 
 
-def test_what_has_not_begun_is_dropped_once_the_outcomes_are_not_wanted() -> None:
-    with fleet._processes(1) as executor:
-        futures = [executor.submit(square, 2) for _ in range(50)]
-    assert futures[-1].cancelled()
+def test_what_has_not_begun_is_dropped_once_the_outcomes_are_not_wanted(tmp_path: Path) -> None:
+    items = [(2 * k, str(tmp_path)) for k in range(2000)]
+    with contextlib.closing(outcomes(noted, items, jobs=2)) as found:
+        assert next(found) == 0
+    assert len(list(tmp_path.iterdir())) < 2000
+
+
+def waits_for(folder: Path, *numbers: int) -> list[int]:
+    """Wait until tasks wait; return their processes."""
+    wait_until(lambda: all([*folder.glob(f"waits_{number}_*")] for number in numbers), "tasks")
+    found = [[*folder.glob(f"waits_{number}_*")] for number in numbers]
+    return [int(each.name.split("_")[2]) for (each,) in found]
+
+
+def test_an_interrupt_of_this_process_is_one_of_all(tmp_path: Path) -> None:
+    def interrupt() -> None:
+        waits_for(tmp_path, 1, 3)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    threading.Thread(target=interrupt).start()
+    found: list[int | Failure | Interrupted] = []
+    with pytest.raises(KeyboardInterrupt):
+        found.extend(outcomes(waiting, [(k, str(tmp_path)) for k in (2, 1, 3, 5, 7)], jobs=2))
+    assert found[:3] == [4, Interrupted("1 has waited"), Interrupted("3 has waited")]
+    assert found[3] in {Interrupted(""), Interrupted("5 has waited")}  # it may just have begun
+    assert found[4] == Interrupted("")
+
+
+def test_after_an_interrupt_in_this_process_no_task_begins(tmp_path: Path) -> None:
+    def interrupted(number: int) -> int:
+        if number == 2:
+            raise KeyboardInterrupt("half", "done")
+        return number
+
+    assert list(outcomes(interrupted, [1, 2, 3])) == [1, Interrupted("half: done"), Interrupted("")]
+
+
+def test_processes_end_with_this_one(tmp_path: Path) -> None:
+    script = f"""
+from jobs.fleet_tasks import waiting
+from fuzzy_fusion_ros.jobs.fleet import outcomes
+if __name__ == "__main__":
+    list(outcomes(waiting, [(1, {str(tmp_path)!r}), (3, {str(tmp_path)!r})], jobs=2))
+"""
+    (tmp_path / "script.py").write_text(script)
+    paths = os.pathsep.join([str(ROOT), str(ROOT / "test")])
+    process = subprocess.Popen(
+        [sys.executable, str(tmp_path / "script.py")], env={**os.environ, "PYTHONPATH": paths}
+    )
+    workers = waits_for(tmp_path, 1, 3)
+    process.kill()
+    process.wait()
+    wait_until(lambda: not any(is_running(each) for each in workers), "the end of the processes")
+
+
+def is_running(process: int) -> bool:
+    """Return whether a process runs: it is there and has not ended."""
+    try:
+        status = Path(f"/proc/{process}/stat").read_text()
+    except OSError:
+        return False
+    return status.rpartition(")")[2].split()[0] != "Z"
