@@ -126,16 +126,19 @@ def _rejected_prediction(parameters: Parameters, fused: Fused, u: str) -> str:
 
 
 def _advice(weights: Weights, strengths: FiringStrengths) -> str:
-    """Return what to change: the weight that the rule which fires most concludes."""
-    strongest = max(range(len(strengths)), key=strengths.__getitem__)
-    name = RULE_WEIGHTS[strongest]
-    level = getattr(weights, name)
-    parameter = f"aggregator.weight.{name}, which is {level:.4g}"
-    if level <= 0.0:
-        return f"To trust S1 more, raise {parameter}."
-    if level >= 1.0:
-        return f"To trust S2 more, lower {parameter}."
-    return f"To trust S2 more, lower {parameter}; to trust S1 more, raise it."
+    """Return what to change either way: the level within whose range the weight moves furthest."""
+    levels = {name: getattr(weights, name) for name in RULE_WEIGHTS}
+    fired = dict(zip(RULE_WEIGHTS, strengths, strict=True))
+    falls = {name: fired[name] * level for name, level in levels.items()}
+    rises = {name: fired[name] * (1.0 - level) for name, level in levels.items()}
+    down, up = max(falls, key=falls.__getitem__), max(rises, key=rises.__getitem__)
+    to_s2, to_s1 = (f"aggregator.weight.{name}, which is {levels[name]:.4g}" for name in (down, up))
+    if falls[down] <= 0.0:
+        return f"To trust S1 more, raise {to_s1}."
+    text = f"To trust S2 more, lower {to_s2}"
+    if rises[up] <= 0.0:
+        return f"{text}."
+    return f"{text}; to trust S1 more, raise {'it' if up == down else to_s1}."
 
 
 def _s2_silence(fused: Fused) -> str:

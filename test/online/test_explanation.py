@@ -157,6 +157,22 @@ def test_advice_stays_within_the_range(level: float, advice: str) -> None:
     assert advice in explanation(parameters, fused)
 
 
+def test_advice_names_the_levels_that_move_the_weight_furthest() -> None:
+    """Not that of the strongest rule, where it is 0 and no other sample of S2 could count more."""
+    changes: dict[str, object] = {
+        "aggregator.rate_time_constant": 0.0,
+        "aggregator.rate.small": 0.0,
+        "aggregator.rate.large": 10.0,
+        "aggregator.weight.small": 0.0,
+    }
+    parameters = replace(Parameters(), changes)
+    (fused,) = estimates(parameters, [("s2", 0.0, 0.0), ("s2", 0.1, 0.2), ("s1", 0.1, 0.2)])
+    assert explanation(parameters, fused).endswith(
+        "(20 % large). To trust S2 more, lower aggregator.weight.large, which is 0.12; to trust S1 "
+        "more, raise aggregator.weight.small, which is 0."
+    )
+
+
 def test_a_prediction_that_does_not_count_is_named() -> None:
     parameters = replace(Parameters(), {"predictor.enabled": True, "gate.tolerance": 1e-6})
     steps = []
