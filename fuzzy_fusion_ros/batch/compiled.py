@@ -265,6 +265,9 @@ def _directories() -> Iterator[Path]:
             yield Path(os.environ[variable]) / "fuzzy_fusion_ros" / name
     with contextlib.suppress(RuntimeError):  # a user without a home
         yield Path.home() / ".cache" / "fuzzy_fusion_ros" / name
+    if not hasattr(os, "getuid"):  # Windows: the directory for temporary files is the user's own
+        yield Path(tempfile.gettempdir()) / f"fuzzy_fusion_ros-{name}"
+        return
     with contextlib.suppress(OSError):
         shared = Path(tempfile.gettempdir()) / f"fuzzy_fusion_ros-{os.getuid()}-{name}"
         shared.mkdir(mode=0o700, exist_ok=True)

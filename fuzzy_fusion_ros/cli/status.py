@@ -160,7 +160,8 @@ class _Termination:
                 signal.signal(number, self._unwind)
             self._done = threading.Event()
             reading, self._written = os.pipe()
-            os.set_blocking(self._written, False)
+            if hasattr(os, "set_blocking"):  # Windows gets it with Python 3.12, and needs it not
+                os.set_blocking(self._written, False)
             self._wakeup = signal.set_wakeup_fd(self._written, warn_on_full_buffer=False)
             threading.Thread(target=self._watch, args=(reading,), daemon=True).start()
 

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from fuzzy_fusion_ros.testing.domain import claimed_domain, environment, isolation
-
 if TYPE_CHECKING:
     from fuzzy_fusion_ros.testing.harness import Harness
 
@@ -17,6 +15,12 @@ if TYPE_CHECKING:
 @pytest.fixture
 def ros_domain() -> Iterator[int]:
     """A free DDS domain, which this process and its children have joined; on this machine only."""
+    from fuzzy_fusion_ros.testing.domain import (  # needs fcntl, which Windows lacks
+        claimed_domain,
+        environment,
+        isolation,
+    )
+
     with claimed_domain() as domain, environment(isolation(domain)):
         yield domain
 

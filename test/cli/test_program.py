@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from bag.recorded import swing, write_scalars
 
 from fuzzy_fusion_ros.cli import COMMANDS, replay
 from fuzzy_fusion_ros.cli.program import main
@@ -104,3 +105,24 @@ def test_a_shell_completes_verbs_and_options(tmp_path: Path, line: str, words: s
     program = "from fuzzy_fusion_ros.cli.program import main; main()"
     subprocess.run([sys.executable, "-c", program], env={**os.environ, **asked}, check=True)
     assert set(answer.read_text().split()) == words
+
+
+ONLY_UNIX_HAS = """
+import os, sys
+for name in ("fcntl", "grp", "numba", "pwd", "resource", "termios"):
+    sys.modules[name] = None
+for name in ("getuid", "sched_getaffinity"):
+    delattr(os, name)
+from fuzzy_fusion_ros.cli.program import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+@pytest.mark.parametrize("verb", ["check", "score"])
+def test_programs_run_on_what_windows_has(verb: str, tmp_path: Path) -> None:
+    """Without numba, which has its own ways on Windows."""
+    bag = write_scalars(tmp_path / "bag", swing(estimate=False))
+    command = [sys.executable, "-c", ONLY_UNIX_HAS, verb, str(bag)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert "Traceback" not in done.stderr
+    assert "s1" in done.stdout

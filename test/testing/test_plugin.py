@@ -44,6 +44,14 @@ def test_a_test_that_asks_for_nothing_loads_no_rclpy(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout
 
 
+def test_pytest_starts_where_python_lacks_what_only_unix_has(tmp_path: Path) -> None:
+    (tmp_path / "test_it.py").write_text("def test_it(): pass\n")
+    windows = "import sys; sys.modules['fcntl'] = None; import pytest; sys.exit(pytest.main())"
+    command = [sys.executable, "-c", windows]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
 def test_a_domain_is_free_and_ours(ros_domain: int) -> None:
     assert ros_domain in DOMAINS
     assert os.environ["ROS_DOMAIN_ID"] == str(ros_domain)
