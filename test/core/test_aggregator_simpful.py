@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pytest
-from simpful import FuzzySet, FuzzySystem, LinguisticVariable
 
 from fuzzy_fusion_ros.core.aggregator import aggregate
 from fuzzy_fusion_ros.parameters.fusion import (
@@ -15,9 +16,15 @@ from fuzzy_fusion_ros.parameters.fusion import (
     Weights,
 )
 
+if TYPE_CHECKING:
+    from simpful import FuzzySystem, LinguisticVariable
 
+
+# simpful loads most of scipy and matplotlib, which each process that collects tests would wait for.
 def ramp(points: BreakPoints) -> LinguisticVariable:
     """Return an input with the two complementary sets of Fig. 4."""
+    from simpful import FuzzySet, LinguisticVariable
+
     small = FuzzySet(points=[[points.small, 1.0], [points.large, 0.0]], term="small")
     large = FuzzySet(points=[[points.small, 0.0], [points.large, 1.0]], term="large")
     return LinguisticVariable([small, large])
@@ -25,6 +32,8 @@ def ramp(points: BreakPoints) -> LinguisticVariable:
 
 def table_1(parameters: AggregatorParameters) -> FuzzySystem:
     """Return the rule base in simpful's words, with product inference."""
+    from simpful import FuzzySystem
+
     system = FuzzySystem(operators=["AND_PRODUCT"], show_banner=False)
     system.add_linguistic_variable("Difference", ramp(parameters.difference))
     system.add_linguistic_variable("Rate", ramp(parameters.rate))

@@ -9,13 +9,13 @@ import pytest
 
 from faults.stopping import EXECUTABLES, stop_at_random
 
-SLOW = pytest.mark.slow("as the fusion_node")
+SLOW = pytest.mark.slow("as the fusion_node, and more moments")
 
 
 @pytest.mark.parametrize(
-    "name",
-    [pytest.param(each, marks=SLOW if each != "fusion_node" else ()) for each in EXECUTABLES],
+    ("name", "rounds"),
+    [("fusion_node", 2), *(pytest.param(each, 3, marks=SLOW) for each in EXECUTABLES)],
 )
-def test_stopped_at_a_random_moment(tmp_path: Path, name: str) -> None:
-    ended = stop_at_random(EXECUTABLES[name], tmp_path, 3, seed=1, longest=1.0)
-    assert [each.status for each in ended] == [0] * 6
+def test_stopped_at_a_random_moment(tmp_path: Path, name: str, rounds: int) -> None:
+    ended = stop_at_random(EXECUTABLES[name], tmp_path, rounds, seed=1, longest=1.0)
+    assert [each.status for each in ended] == 2 * rounds * [0]

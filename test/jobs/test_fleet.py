@@ -14,7 +14,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import distributed
 import pytest
 from bag.recorded import swing, write_scalars
 from faults.waiting import wait_until
@@ -64,7 +63,9 @@ class Cluster:
         for _ in range(2):
             one = ["--nworkers", "1", "--nthreads", "1", "--no-nanny", "--no-dashboard"]
             self._start("worker", *loopback, *one)
-        connect: Any = distributed.Client
+        from distributed import Client  # which takes half a second to load
+
+        connect: Any = Client
         with connect(self.address, set_as_default=False) as client:
             client.wait_for_workers(2, timeout=60)  # a late one might never get a task
 

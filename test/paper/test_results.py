@@ -8,7 +8,6 @@ import math
 import numpy as np
 import pytest
 from paper.outcomes import IAE, SEEDS, outcomes
-from scipy import stats
 
 from fuzzy_fusion_ros.paper.results import Interval, Results, mean_interval, ratio_interval
 from fuzzy_fusion_ros.paper.sweep import NOMINAL
@@ -16,6 +15,8 @@ from fuzzy_fusion_ros.paper.sweep import NOMINAL
 
 @pytest.mark.parametrize("n", [2, 3, 20])
 def test_a_mean_has_students_interval(n: int) -> None:
+    from scipy import stats  # which takes most of a second to load
+
     values = np.random.default_rng(n).normal(3.0, 2.0, n)
     expected = stats.t.interval(0.95, n - 1, np.mean(values), stats.sem(values))
     mean, *interval = mean_interval(values)

@@ -16,6 +16,9 @@ import pytest
 from fuzzy_fusion_ros.bag import open_bag
 from fuzzy_fusion_ros.testing import Harness, Process
 
+MOMENTS = pytest.mark.parametrize(
+    "moment", [0, *(pytest.param(k, marks=pytest.mark.slow("more moments")) for k in (1, 2))]
+)
 SIGNALS = pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda n: n.name)
 
 
@@ -39,35 +42,35 @@ def send_at_random(
     process.send(signal.Signals(number))
 
 
+@MOMENTS
 @SIGNALS
 @pytest.mark.parametrize("executable", ["fusion_node", "sensor_subscriber", "pendulum_node"])
 def test_a_signal_at_any_moment_ends_a_node_in_good_order(
-    harness: Harness, executable: str, number: int
+    harness: Harness, executable: str, number: int, moment: int
 ) -> None:
-    generator = random.Random(f"{executable} {number}")
-    for _ in range(3):
-        process = harness.start(executable)
-        send_at_random(harness, process, number, generator)
-        assert process.wait() == 0, process.stderr
-        assert "Traceback" not in process.stderr
+    process = harness.start(executable)
+    send_at_random(harness, process, number, random.Random(f"{executable} {number} {moment}"))
+    assert process.wait() == 0, process.stderr
+    assert "Traceback" not in process.stderr
 
 
+@MOMENTS
 @SIGNALS
-def test_a_recording_is_whole_after_a_signal(harness: Harness, tmp_path: Path, number: int) -> None:
-    generator = random.Random(number)
+def test_a_recording_is_whole_after_a_signal(
+    harness: Harness, tmp_path: Path, number: int, moment: int
+) -> None:
+    bag = tmp_path / "bag"
     harness.fusion_node()
-    for k in range(3):
-        bag = tmp_path / str(k)
-        process = harness.start("pendulum_node", "--ros-args", "-p", f"record:={bag}")
-        seen = harness.record("/truth")
-        harness.spin_until(lambda seen=seen: len(seen) > 10, "a run under way")  # type: ignore[misc]
-        send_at_random(harness, process, number, generator)
-        assert process.wait() == 0, process.stderr
-        with open_bag(bag) as reader:
-            assert reader.problems == []
-            counts = {name: topic.message_count for name, topic in reader.topics.items()}
-        assert counts["/truth"] == counts["/s1"] == counts["/s2"]
-        assert (counts["/truth"] or 0) > 10
+    process = harness.start("pendulum_node", "--ros-args", "-p", f"record:={bag}")
+    seen = harness.record("/truth")
+    harness.spin_until(lambda: len(seen) > 10, "a run under way")
+    send_at_random(harness, process, number, random.Random(f"{number} {moment}"))
+    assert process.wait() == 0, process.stderr
+    with open_bag(bag) as reader:
+        assert reader.problems == []
+        counts = {name: topic.message_count for name, topic in reader.topics.items()}
+    assert counts["/truth"] == counts["/s1"] == counts["/s2"]
+    assert (counts["/truth"] or 0) > 10
 
 
 def test_a_signal_is_heeded_while_waiting_for_peers(harness: Harness, tmp_path: Path) -> None:
