@@ -141,6 +141,7 @@ def test_every_source_file_names_its_licence() -> None:
     named = "SPDX-License-Identifier: Apache-2.0"
     below = [path for folder in WITH_SOURCES for path in (ROOT / folder).rglob("*")]
     sources = [path for path in [*ROOT.glob("*"), *below] if path.suffix in SOURCES]
-    sources += [*(ROOT / ".ci").iterdir(), ROOT / "Makefile", ROOT / "Dockerfile"]
+    scripts = [path for path in (ROOT / ".ci").iterdir() if path.is_file()]
+    sources += [*scripts, ROOT / "Makefile", ROOT / "Dockerfile"]
     heads = {path: path.read_text().splitlines()[:2] for path in sources}
     assert [path for path, head in heads.items() if named not in "".join(head)] == []

@@ -10,13 +10,13 @@ import pytest
 from fuzzy_fusion_ros.tuning import baselines, candidates, search
 from fuzzy_fusion_ros.tuning.fit import Evaluations
 
-STEPS = 6
+STEPS = 4
 """Steps of least squares, of which a fit takes up to fifteen."""
 
 
 def be_quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the optimiser try little; with a truth, least squares do the rest."""
-    few = {True: Evaluations(1, 1, 1), False: Evaluations(40, 60, 40)}
+    few = {True: Evaluations(1, 1, 1), False: Evaluations(20, 30, 20)}
     whole = search._least_squares
 
     def least_squares(residuals: Any, start: Any, steps: int) -> search.Minimum:
