@@ -113,10 +113,9 @@ def _play(given: argparse.Namespace) -> int:
     topics, window = options.topics_of(given), options.window_of(given)
     from fuzzy_fusion_ros.jobs.replay import play  # after parsing: takes time to import
 
+    tell = functools.partial(say, "replay")
     rate = given.rate or 1.0
-    if rate != 1.0:
-        show(f"rate {rate:g}: run the node with use_sim_time:=true, or timeouts count in wall time")
-    played = play(given.bag[0], topics=topics, **window, rate=rate, loop=given.loop)
+    played = play(given.bag[0], topics=topics, **window, rate=rate, loop=given.loop, say=tell)
     for note in played.notes:
         say("replay", note)
     show(f"{played.messages} messages published")

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -85,6 +86,7 @@ def play(
     end: float | None = None,
     rate: float = 1.0,
     loop: bool = False,
+    say: Callable[[str], None] = lambda _: None,
 ) -> Played:
     """Publish the messages of a bag on their topics, with ``/clock``; needs ROS.
 
@@ -97,9 +99,11 @@ def play(
         end: Where to end, seconds from the first message of the bag.
         rate: Seconds of the bag per second.
         loop: Whether to start over at the end, until SIGINT or SIGTERM.
+        say: Takes what a user is to know before the first message.
 
     Raises:
         FusionError: The bag cannot be used, or none of its types is installed.
+        KeyboardInterrupt: A signal came before S1 and S2 had subscribers.
     """
     with open_bag(bag) as reader:
         wanted = (topics or Topics()).found_in(reader)
@@ -113,6 +117,11 @@ def play(
         ]
         from fuzzy_fusion_ros.nodes.player import play as play_messages  # needs ROS
 
+        if rate != 1.0:
+            say(
+                f"rate {rate:g}: run the node with use_sim_time:=true, or its timeouts count in "
+                "wall time"
+            )
         played = play_messages(
             kept,
             lambda: reader.messages([each.name for each in kept], start, end),

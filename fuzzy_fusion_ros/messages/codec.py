@@ -229,7 +229,7 @@ class Template:
                 self._view.stamp.pack_into(stamped, self._stamp_at, *divmod(stamp_ns, SECOND_NS))
             except struct.error:
                 raise MessageError(
-                    f"stamp {stamp_ns} ns does not fit into 32-bit seconds"
+                    f"stamp {stamp_ns} ns is past 2038: it does not fit into 32-bit seconds"
                 ) from None
         return stamped
 

@@ -12,7 +12,7 @@ from fuzzy_fusion_ros.nodes.estimates import EstimateOutput
 from fuzzy_fusion_ros.nodes.fusion_report import FusionReport
 from fuzzy_fusion_ros.nodes.rule_report import RuleReport
 from fuzzy_fusion_ros.nodes.self_check import SelfCheck
-from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
+from fuzzy_fusion_ros.nodes.sensor_input import RESTARTS_SAID_EVERY, SensorInput
 from fuzzy_fusion_ros.nodes.sensor_report import SensorReport
 from fuzzy_fusion_ros.nodes.source import Received, Sources
 from fuzzy_fusion_ros.online.fusion import Fusion
@@ -102,7 +102,10 @@ class Channel:
     def _follow(self, verdict: Verdict) -> None:
         if verdict.restarted:
             self._check.restart()
-            self._log.warning("timestamps jumped back: state cleared, restarting")
+            self._log.warning(
+                "timestamps jumped back: state cleared, restarting",
+                throttle_duration_sec=RESTARTS_SAID_EVERY,
+            )
         for fused in verdict.estimates:
             self._rules.record.see(fused)
             self.report.see(fused)

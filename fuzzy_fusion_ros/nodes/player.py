@@ -75,13 +75,14 @@ def play(
 
     Raises:
         PlayerError: No type of the recording is installed.
+        KeyboardInterrupt: SIGINT or SIGTERM came before it started.
     """
     with Stop() as stop:
+        stop.in_order()
         context = Context()
         context.init([], domain_id=domain_id)
         try:
             player = _Player(context, topics, lambda: stop.wanted)
-            stop.in_order()
             try:
                 player.wait_for(awaited, patience)
                 player.run(read, rate, loop)
@@ -126,11 +127,18 @@ class _Player(Node):
         )
 
     def wait_for(self, topics: Sequence[str], patience: float) -> None:
-        """Wait until all have subscribers that know us too."""
+        """Wait until all have subscribers that know us too.
+
+        Raises:
+            KeyboardInterrupt: It is to stop.
+        """
         deadline = time.monotonic() + patience
         while missing := [each for each in topics if self._unheard(each)]:
-            if self._stopped() or time.monotonic() > deadline:
-                self._notes.append(f"nobody subscribes to {', '.join(missing)}")
+            silence = f"nobody subscribes to {', '.join(missing)}"
+            if self._stopped():
+                raise KeyboardInterrupt(silence)
+            if time.monotonic() > deadline:
+                self._notes.append(silence)
                 return
             time.sleep(LONGEST_SLEEP)
         self._sleep_until(time.monotonic() + SETTLED)

@@ -15,6 +15,9 @@ from fuzzy_fusion_ros.parameters.errors import MessageError
 from fuzzy_fusion_ros.parameters.fusion import SensorParameters
 from fuzzy_fusion_ros.ros.clock import NodeTime
 
+RESTARTS_SAID_EVERY = 10.0
+"""Seconds between two lines of a log about timestamps that jump back, at least."""
+
 
 class SensorInput:
     """Reads a sensor's messages.

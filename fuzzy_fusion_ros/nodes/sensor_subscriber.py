@@ -9,7 +9,7 @@ from typing import Any
 from fuzzy_fusion_ros.messages import InstalledTypes
 from fuzzy_fusion_ros.messages.outputs import POINT, point_template
 from fuzzy_fusion_ros.nodes.parameters import SubscriberParameters
-from fuzzy_fusion_ros.nodes.sensor_input import SensorInput
+from fuzzy_fusion_ros.nodes.sensor_input import RESTARTS_SAID_EVERY, SensorInput
 from fuzzy_fusion_ros.nodes.sensor_report import SensorReport
 from fuzzy_fusion_ros.nodes.source import Received, Sources
 from fuzzy_fusion_ros.online.guard import Guard
@@ -50,7 +50,10 @@ class SensorSubscriber(ConfiguredNode[SubscriberParameters]):
             self._guard, received.sample, received.now_ns, self.parameters.future_tolerance
         )
         if admission.restarted:
-            self.log.warning("timestamps jumped back: passing on the new ones")
+            self.log.warning(
+                "timestamps jumped back: passing on the new ones",
+                throttle_duration_sec=RESTARTS_SAID_EVERY,
+            )
         for _, sample in admission.admitted:
             self._input.admitted()
             point = self._point(self._input.codec.frame(sample.message))

@@ -10,7 +10,7 @@ from fuzzy_fusion_ros.bag.reader import BagReader
 from fuzzy_fusion_ros.bag.topic import BagMessage
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages.units import signal_unit
-from fuzzy_fusion_ros.offline.recording import count_drops
+from fuzzy_fusion_ros.offline.recording import clock_warning, count_drops
 from fuzzy_fusion_ros.offline.topics import Topics, codecs_of, unstamped
 from fuzzy_fusion_ros.online.fusion import Fusion
 from fuzzy_fusion_ros.online.guard import Drop, Guard
@@ -121,7 +121,7 @@ class BagFusion:
         notes = unstamped(self._topics, self.codecs)
         notes += count_drops(self._topics.s1, self.fusion.s1)
         notes += count_drops(self._topics.s2, self.fusion.s2)
-        notes += filter(None, [self.fusion.clock_problem()])
+        notes += clock_warning(self.fusion.clock_problem())
         return notes
 
     def _on_s1(self, message: BagMessage) -> Verdict:

@@ -120,8 +120,13 @@ def read_recording(
         start_ns=bag.start_ns or 0,
         unit=unit,
         period=parameters.signal.period,
-        notes=(*unstamped(topics, codecs), *filter(None, [clock_problem]), *notes, *bag.problems),
+        notes=(*unstamped(topics, codecs), *clock_warning(clock_problem), *notes, *bag.problems),
     )
+
+
+def clock_warning(problem: str) -> list[str]:
+    """Return what is wrong with the clocks, if anything, as a line of a program."""
+    return [f"WARN {problem}"] if problem else []
 
 
 def _read_one_by_one(

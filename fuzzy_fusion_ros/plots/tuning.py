@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from fuzzy_fusion_ros.batch.arrays import Reals
+from fuzzy_fusion_ros.batch.arrays import Reals, nearest, unwrapped
 from fuzzy_fusion_ros.batch.series import Series, held_s2, seconds, trace_at_s1
 from fuzzy_fusion_ros.core.aggregator import aggregate
 from fuzzy_fusion_ros.core.membership import large
@@ -143,6 +143,7 @@ def _draw_traces(
     s2 = held_s2(series)
     before, after = estimates
     near = close_up(s1_s, tuned.target, s2)
+    period = tuned.parameters.signal.period
     shown = {
         "s1": (series.s1, NAMES["s1"]),
         "s2": (s2, NAMES["s2"]),
@@ -152,10 +153,30 @@ def _draw_traces(
     }
     for name, (values, label) in shown.items():
         width = {"s1": 0.6, "s2": 2.0, "truth": 0.9}.get(name, 1.4)
-        axes.plot(s1_s[near], values[near], color=COLOURS[name], label=label, linewidth=width)
+        drawn = without_turns(values, s2, period)
+        axes.plot(s1_s[near], drawn[near], color=COLOURS[name], label=label, linewidth=width)
     axes.set(xlabel="time / s", ylabel=with_unit("signal", unit))
     axes.set_xlim(s1_s[near][0], s1_s[near][-1])
     axes.legend(ncols=5, loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
+
+
+def without_turns(values: Reals, s2: Reals, period: float) -> Reals:
+    """Return values as S2 would run if it did not wrap.
+
+    Args:
+        values: Finite or NaN, shape (n,).
+        s2: S2, NaN before its first sample, shape (n,).
+        period: A turn; 0 leaves the values as they are.
+
+    Returns:
+        Values whole turns away, NaN before the first sample of S2.
+    """
+    if period == 0.0:
+        return values
+    known = np.isfinite(s2)
+    drawn = np.full(values.size, np.nan)
+    drawn[known] = nearest(values[known], unwrapped(s2[known], period), period)
+    return drawn
 
 
 def _draw_errors(

@@ -225,7 +225,8 @@ def test_clocks_that_disagree_are_noted(tmp_path: Path, behind_s: float) -> None
         for each in swing(10.0)
     ]
     recording = read(write_scalars(tmp_path / "bag", shifted))
-    assert any("s2's stamps are 5.0 s behind s1's" in x for x in recording.notes) is (behind_s > 0)
+    warned = any(x.startswith("WARN s2's stamps are 5.0 s behind") for x in recording.notes)
+    assert warned is (behind_s > 0.0)
 
 
 def test_messages_without_stamps_are_dated_by_the_log(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from fuzzy_fusion_ros.core.observer import observes
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
 from fuzzy_fusion_ros.plots.names import difference_name
-from fuzzy_fusion_ros.plots.tuning import plot_tuning
+from fuzzy_fusion_ros.plots.tuning import plot_tuning, without_turns
 from fuzzy_fusion_ros.tuning import Tuned, tune
 
 
@@ -49,6 +50,17 @@ def test_sets_surfaces_and_traces_are_in_it(tuned: Tuned, recording: Made, tmp_p
     ):
         assert f"<!-- {part}" in text
     assert "m/s^2" not in text
+
+
+@pytest.mark.parametrize("period", [0.0, 2.0 * math.pi, 360.0])
+def test_an_angle_is_drawn_without_its_turns(period: float) -> None:
+    angle = np.linspace(0.0, 5.0 * (period or 1.0), 500)
+    s2 = angle - 0.1 * (period or 1.0)
+    wrapped = [x - period * np.round(x / period) if period else x for x in (angle, s2)]
+    wrapped[1][:7] = np.nan
+    drawn = without_turns(*wrapped, period)
+    assert np.isfinite(drawn[7:]).all()
+    assert np.abs(np.diff(drawn[7:]) - np.diff(angle[7:])).max() < 1e-9
 
 
 def test_the_same_fit_gives_the_same_bytes(tuned: Tuned, recording: Made, tmp_path: Path) -> None:

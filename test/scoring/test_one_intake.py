@@ -114,5 +114,5 @@ def test_clocks_apart_and_an_estimate_of_one_sensor_throughout_are_named(tmp_pat
     score = score_bag(path, Topics(), replace(Parameters(), SHORT))
     assert score.modes == {"S1_ONLY": 1.0}
     notes = "\n".join(score.notes)
-    assert "s2's stamps are 5.0 s behind s1's" in notes
+    assert "WARN s2's stamps are 5.0 s behind s1's" in notes
     assert "the estimate is s1 alone throughout" in notes
