@@ -67,7 +67,7 @@ BETTER_BY = 0.97
 _LOW_PASSES = (0.3, 100.0, 20)
 """Shortest, longest and number of time constants to try, in intervals of S1."""
 
-_FLOORS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
+_FLOORS = (0.0, *(2.0**power for power in range(-4, 3)))
 """What of S1's noise may come through, in multiples of the error."""
 
 _TOLERANCES = (0.3, 1.0, 3.0)
@@ -251,7 +251,7 @@ def tune_to(
     if is_long:
         after = with_predictor(problem, after)
     if with_truth:
-        optimism = max(1.0, best.unseen / max(best.fitted, TINY))
+        optimism = max(1.0, max(best.unseen_parts) / max(best.fitted, TINY))
         after = rounded(problem, with_deviation(problem, after, optimism))
     else:
         after = rounded(problem, with_assumed_deviation(sensors, after))
@@ -379,21 +379,29 @@ def with_low_pass(problem: Problem, sensors: Characteristics, parameters: Parame
 def simplified(problem: Problem, parameters: Parameters) -> Parameters:
     """Switch off every step of the method that makes no difference, one after the other.
 
+    The time by which S2 follows S1 stays, to be right where the signal moves faster: the lag takes
+    over that of a delay or a low-pass, and the delay that of the lag, if they are there.
+
     Args:
         problem: What was fitted.
         parameters: The result.
     """
     most = NO_WORSE * problem.misfit(parameters)
-    for changes in (
-        {"s1.spike_threshold": 0.0},
-        {"s1.lowpass_time_constant": 0.0},
-        {"s1.drift_time_constant": 0.0, "s1.drift_prior": 0.0},
-        {"s1.drift_prior": 0.0},
-        {"s2.delay": 0.0},
-        {"s2.lag_time_constant": 0.0},
-        {"aggregator.drift.large": 0.0},
+    for names, heir in (
+        (("s1.spike_threshold",), ""),
+        (("s1.drift_time_constant", "s1.drift_prior"), ""),
+        (("s1.drift_prior",), ""),
+        (("s2.delay", "s2.lag_time_constant"), ""),
+        (("s2.delay",), "s2.lag_time_constant"),
+        (("s2.lag_time_constant",), "s2.delay"),
+        (("s1.lowpass_time_constant",), "s2.lag_time_constant"),
+        (("aggregator.drift.large",), ""),
     ):
-        simpler = replace(parameters, changes)
+        values = {k: v for k, v in flatten(parameters).items() if isinstance(v, float)}
+        changes = dict.fromkeys(names, 0.0)
+        if values.get(heir, 0.0) > 0.0:
+            changes[heir] = values[heir] + values[names[0]]
+        simpler = replace(parameters, allowed(Parameters, changes))
         if simpler != parameters and problem.misfit(simpler) <= most:
             parameters = simpler
     return parameters
@@ -449,7 +457,8 @@ def with_deviation(problem: Problem, parameters: Parameters, optimism: float) ->
     Args:
         problem: What was fitted.
         parameters: The result.
-        optimism: By how much errors on unseen blocks are larger than those fitted to.
+        optimism: By how much the error on the worst unseen part is larger than that fitted to; the
+            next recording may be like that part.
     """
     plain = replace(parameters, {"estimate.deviation_scale": 1.0, "s1.noise": 0.0})
     traces = [run(fusion(plain, each.started_ns), each) for each in problem.recordings]

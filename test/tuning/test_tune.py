@@ -57,6 +57,7 @@ from fuzzy_fusion_ros.tuning.tune import (
     rounded,
     shorten_bias_time_constant,
     simplified,
+    with_deviation,
     with_predictor,
     with_safety_net,
 )
@@ -576,6 +577,24 @@ def test_steps_without_effect_are_left_out(recording: Made) -> None:
     )
     long = replace(Parameters(), {"aggregator.rate.large": 1.23456789})
     assert rounded(problem, long).aggregator.rate.large == 1.235
+
+
+def test_a_lag_takes_over_the_time_of_a_delay_that_is_left_out() -> None:
+    series, truth = made(Sensors(lag=0.5), rate=100.0)
+    problem = Problem([series], truth, series.s2_known > 0, Parameters())
+    observer = {"s1.bias_time_constant": 1.0, "s2.lag_time_constant": 0.47, "s2.delay": 0.03}
+    s2 = simplified(problem, replace(Parameters(), observer)).s2
+    assert (s2.lag_time_constant, s2.delay) == (pytest.approx(0.5), 0.0)
+
+
+def test_the_standard_deviation_is_for_the_worst_part(recording: Made) -> None:
+    series, truth = recording
+    problem = Problem([series], truth, series.s2_known > 0, Parameters())
+    fitted = with_deviation(problem, Parameters(), 1.0)
+    doubled = with_deviation(problem, Parameters(), 2.0)
+    error = error_of(problem, fitted)
+    assert doubled.estimate.deviation_scale == pytest.approx(2.0 * fitted.estimate.deviation_scale)
+    assert doubled.s1.noise == fitted.s1.noise <= 4.0 * error
 
 
 def test_the_predictor_is_taken_only_where_it_helps() -> None:
