@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Starts a fusion_node. Include it once per pair of sensors, each time in its own namespace.
+"""Starts a fusion_node. Include it once per pair of sensors, in its own namespace and GroupAction.
 
 ros2 launch fuzzy_fusion_ros fusion.launch.py params_file:=$PWD/tuned.yaml s1:=/imu s2:=/gnss
 """

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 import runpy
 import sys
 from pathlib import Path
@@ -72,6 +73,19 @@ def test_both_take_the_same_arguments(
     default = "/".join(["$(find-pkg-share fuzzy_fusion_ros)", *places[1:]])
     assert written["params_file"].get("default") == default
     assert (ROOT / Path(*places[1:])) == DEFAULTS
+
+
+def test_a_file_that_includes_them_gives_each_its_own_scope(from_xml: ElementTree.Element) -> None:
+    """Without a group, launch passes the arguments of an include on to the next."""
+    page = (ROOT / "docs" / "fusion_node.md").read_text()
+    (example,) = re.findall(r"```xml\n(.*?)```", page, re.DOTALL)
+    places = list(ElementTree.fromstring(example))
+    assert [place.tag for place in places] == ["group", "group"]
+    known = {each.get("name") for each in from_xml.findall("arg")}
+    for (included,) in places:
+        path = str(included.get("file")).removeprefix("$(find-pkg-share fuzzy_fusion_ros)/")
+        assert ROOT / path == LAUNCH / "fusion.launch.xml"
+        assert {each.get("name") for each in included} <= known
 
 
 def test_both_start_the_same_node(from_python: list[Call], from_xml: ElementTree.Element) -> None:
