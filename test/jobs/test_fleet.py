@@ -178,8 +178,8 @@ def test_an_interrupt_of_this_process_is_one_of_all(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         found.extend(outcomes(waiting, [(k, str(tmp_path)) for k in (2, 1, 3, 5, 7)], jobs=2))
     assert found[:3] == [4, Interrupted("1 has waited"), Interrupted("3 has waited")]
-    assert found[3] in {Interrupted(""), Interrupted("5 has waited")}  # it may just have begun
-    assert found[4] == Interrupted("")
+    for number, last in zip((5, 7), found[3:], strict=True):  # they may just have begun
+        assert last in {Interrupted(""), Interrupted(f"{number} has waited")}
 
 
 def test_after_an_interrupt_in_this_process_no_task_begins(tmp_path: Path) -> None:
