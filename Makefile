@@ -16,9 +16,11 @@ QUICK_TESTS = $(RUN) python -m $(PYTEST) -m 'not slow'
 # Files below test/ that are not tests: conftest, references, makers.
 SHARED_BY_TESTS = $(shell find test -name '*.py' -not -name 'test_*')
 
-# Tests that reach no code of their own: of several rooms at once, in other processes or in copies.
+# Tests that reach no code of their own: of several rooms at once, in other processes or in copies,
+# and those that repeat what others reach over many sensors or figures.
 UNTRACED = $(filter-out test/test_reproduce.py,$(wildcard test/test_*.py)) \
-	test/faults test/presets test/nodes/test_interface_package.py
+	test/faults test/presets test/nodes/test_interface_package.py \
+	test/checking/test_rates.py test/plots/test_paper_figures.py
 
 .DEFAULT_GOAL := help
 # Tests run alone: what else runs would disturb their timing.

@@ -32,7 +32,7 @@ def test_what_the_tests_of_a_module_share_is_made_once(tmp_path: Path) -> None:
     folder.mkdir()
     shutil.copy(TESTS / "conftest.py", folder)
     (folder / "test_module.py").write_text(MODULE.format(made=str(made)), encoding="utf-8")
-    workers = ("-n", "3", "--dist", "loadgroup", "-p", "no:cacheprovider", "-q")
+    workers = ("-n", "2", "--dist", "loadgroup", "-p", "no:cacheprovider", "-q")
     done = subprocess.run(
         [sys.executable, "-m", "pytest", *workers, "--rootdir", tmp_path, folder],
         cwd=tmp_path,

@@ -35,6 +35,10 @@ ADAPTING = replace(OBSERVER, {"adapt.lag_time_constant": 5.0, "adapt.scale_time_
 
 TIME_S = np.arange(5000) * 0.02
 
+SEEDS = pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(k, marks=pytest.mark.slow("more seeds")) for k in (1, 2))]
+)
+
 
 def swings(seed: int = 0) -> list[float]:
     """Return a signal of two frequencies, in turns at rest and in motion."""
@@ -88,7 +92,7 @@ def error(values: list[float], truth: list[float]) -> float:
     return float(np.sqrt(np.mean(np.square(np.subtract(values, truth)[-TIME_S.size // 4 :]))))
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@SEEDS
 def test_a_lag_that_trebles_is_followed(seed: int) -> None:
     truth, s1, s2 = sensors(seed, later=3.0)
     values, adapted, _ = run(replace(ADAPTING, {"adapt.scale_time_constant": 0.0}), s1, s2)
@@ -102,7 +106,7 @@ def test_a_lag_that_trebles_is_followed(seed: int) -> None:
     assert both[-1].scale.value == pytest.approx(1.0, abs=0.15)
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@SEEDS
 @pytest.mark.parametrize("scale", [0.7, 1.3])
 def test_a_scale_that_is_off_is_found(seed: int, scale: float) -> None:
     truth, s1, s2 = sensors(seed, scale)
