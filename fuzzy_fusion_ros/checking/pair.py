@@ -11,7 +11,7 @@ import numpy as np
 from fuzzy_fusion_ros.batch.arrays import Reals, white_noise
 from fuzzy_fusion_ros.checking.finding import Finding, Level
 from fuzzy_fusion_ros.checking.motion import Motion
-from fuzzy_fusion_ros.checking.relation import NEAR_ONE, Kind, Relation
+from fuzzy_fusion_ros.checking.relation import NEAR_ONE, Conversion, Kind, Relation
 from fuzzy_fusion_ros.checking.samples import TwoSensors
 from fuzzy_fusion_ros.messages.units import INTEGRALS, RATES, TURNS
 
@@ -294,11 +294,17 @@ def _factor(relation: Relation, *, only_units: bool) -> tuple[float, str]:
     low, high = relation.scale[0] * relation.correlation, relation.scale[1] / relation.correlation
     if low <= FACTOR and high >= 1.0 / FACTOR:
         return 1.0, ""
-    if relation.conversion is None:
+    if not relation.conversions:
         return (1.0 if only_units else float(f"{relation.middle_scale:.2g}")), ""
-    units, factor = relation.conversion
+    (units, factor), *others = relation.conversions
+    or_else = "".join(f", or {_against(each, to)}, {1.0 / to:.3g} times" for each, to in others)
+    return factor, f": {_against(units, factor)}{or_else}"
+
+
+def _against(units: Conversion, factor: float) -> str:
+    """Return the units of S1 and S2 between which a factor converts."""
     names = (units.smaller, units.larger) if factor < 1.0 else (units.larger, units.smaller)
-    return factor, f": {names[0]} against {names[1]}"
+    return " against ".join(names)
 
 
 def _ambiguous(best: Relation, plain: Relation | None) -> Finding:

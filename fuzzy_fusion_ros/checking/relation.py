@@ -77,6 +77,12 @@ NEAR_ONE = 1.25
 EXACT = 1.1
 """A scale within this factor of a conversion of units is taken for that."""
 
+CERTAIN = 1.02
+"""Within this factor, it is that one,"""
+
+RIVAL = 1.15
+"""otherwise it may be one within this factor, as km/h to m/s and feet to metres are."""
+
 LEAST_CORRELATION = 0.05
 """Hypotheses with a lower correlation are dropped."""
 
@@ -110,6 +116,7 @@ class Conversion(NamedTuple):
     larger: str
 
 
+# The usual ones first, which are proposed where several may be meant.
 CONVERSIONS = (
     Conversion(180.0 / math.pi, "degrees", "radians"),
     Conversion(9.80665, "m/s^2", "g"),
@@ -153,13 +160,21 @@ class Relation(NamedTuple):
         return math.sqrt(self.scale[0] * self.scale[1])
 
     @property
-    def conversion(self) -> tuple[Conversion, float] | None:
-        """The conversion of units that the scale may be, and the factor from S1 to S2."""
+    def conversions(self) -> list[tuple[Conversion, float]]:
+        """The conversions of units that the scale may be, with the factors from S1 to S2.
+
+        Empty if it is none; more than one only where they are too near to be told apart.
+        """
         if _allows(self.scale, 1.0, NEAR_ONE):
-            return None
+            return []
         found = [each for each in FACTORS if _allows(self.scale, each[1], EXACT)]
-        middle = self.middle_scale
-        return min(found, key=lambda each: abs(math.log(each[1] / middle)), default=None)
+        nearest = min(found, key=self._distance, default=None)
+        if nearest is None or self._distance(nearest) < math.log(CERTAIN):
+            return [] if nearest is None else [nearest]
+        return [each for each in found if 1.0 / RIVAL < each[1] / nearest[1] < RIVAL]
+
+    def _distance(self, conversion: tuple[Conversion, float]) -> float:
+        return abs(math.log(conversion[1] / self.middle_scale))
 
 
 def relations(s1: Motion, s2: Motion, most_points: int = MOST_POINTS) -> list[Relation]:

@@ -94,6 +94,19 @@ def test_garbage_does_not_keep_sensors_from_being_compared() -> None:
             "s1 reads 100 times what s2 reads: Pa against hPa (or cm, m)",
             "s1.scale: 0.01",
         ),
+        (
+            1.0 / 0.3048,
+            "scale",
+            "s1 reads 3.28 times what s2 reads: feet against metres",
+            "s1.scale: 0.3048",
+        ),
+        (
+            3.4,  # of the two, km/h is more usual
+            "scale",
+            "s1 reads 3.6 times what s2 reads: km/h against m/s, "
+            "or feet against metres, 3.28 times",
+            "s1.scale: 0.2777778",
+        ),
         (5.0, "scale", "s1 reads 5 times what s2 reads", "s1.scale: 0.2"),
         (
             -180.0 / math.pi,
