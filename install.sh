@@ -22,5 +22,8 @@ compiler=()
 if [ "${FUZZY_FUSION_COMPILE:-}" = 1 ]; then compiler=("mypy==2.4.1"); fi
 # numpy as the system has it: the messages of ROS are compiled for it.
 venv/bin/python -m pip install --quiet "mcap>=1.2,<2" "rosbags>=0.11.9,<0.12" "numpy<2" ${compiler[@]+"${compiler[@]}"}
+# Only for speed, and no dependency: there are computers without it.
+venv/bin/python -m pip install --quiet --only-binary=:all: numba "numpy<2" ||
+  echo "install.sh: going on without numba: tune takes about 100 times as long" >&2
 venv/bin/python "$(command -v colcon)" build "$@"
 echo "install.sh: built; next: source install/setup.bash && fuzzy-fusion --help"

@@ -33,7 +33,6 @@ DEPENDENCIES = {
     "argcomplete": ("python3-argcomplete", "argcomplete"),
     "matplotlib": ("python3-matplotlib", "matplotlib"),
     "mcap": ("mcap-ros2-support", "mcap"),
-    "numba": ("python3-numba", "numba"),
     "numpy": ("python3-numpy", "numpy"),
     "rosbags": ("python3-rosbags-pip", "rosbags"),
     "scipy": ("python3-scipy", "scipy"),
@@ -42,7 +41,7 @@ DEPENDENCIES = {
     "zstandard": ("mcap-ros2-support", "zstandard"),  # no key of its own
 }
 
-OPTIONAL = {"distributed"}
+OPTIONAL = {"distributed", "numba"}
 """Imported where asked for only, and without a rosdep key: an extra on PyPI brings them."""
 
 
