@@ -13,9 +13,11 @@ from hypothesis import strategies as st
 from fuzzy_fusion_ros.core.conditioning import (
     LONGEST_SPIKE,
     FastSensor,
+    carried_on,
     condition,
     no_fast_sensor,
 )
+from fuzzy_fusion_ros.core.numerics import LARGEST
 from fuzzy_fusion_ros.parameters.fusion import FastSensorParameters
 
 SECOND = 1_000_000_000
@@ -126,6 +128,13 @@ def test_a_gap_restarts_the_low_pass(gap_ns: int, value: float) -> None:
     parameters = FastSensorParameters(lowpass_time_constant=1.0, timeout=1.0)
     said = conditioned(parameters, [0.0, 1.0], step_ns=gap_ns)
     assert values(said) == pytest.approx([0.0, value])
+
+
+def test_a_level_that_is_carried_on_stays_in_range() -> None:
+    kept = conditioned(FastSensorParameters(), [0.0])[-1].smooth
+    steep = kept._replace(level=LARGEST, value=LARGEST, slope=LARGEST)
+    on = carried_on(FastSensorParameters(), steep, LARGEST, 100.0, 0.0)
+    assert (on.level, on.value) == (LARGEST, LARGEST)
 
 
 EVERYTHING = FastSensorParameters(spike_threshold=1.0, lowpass_time_constant=0.05)

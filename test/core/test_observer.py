@@ -332,6 +332,9 @@ def test_a_step_of_the_signal_passes_when_s2_begins_to_follow() -> None:
     late = np.flatnonzero(np.abs(np.subtract(values(said), truth)) > 0.2)
     assert late.size < 10  # 0.1 s, half of S2's lag
     assert values(said)[-1] == pytest.approx(4.0, abs=0.05)
+    _, state = fed(SPIKES, truth[:503], through_lag(truth[:503]))  # two samples of S2 that move
+    assert state.sensors.s1.smooth.rejected == 0.0
+    assert state.sensors.belief.innovation == pytest.approx(0.0, abs=0.01)
 
 
 def test_while_s1_is_rejected_the_estimate_goes_along_with_s2() -> None:

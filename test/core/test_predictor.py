@@ -66,6 +66,15 @@ def test_a_smooth_signal_is_predicted_better_than_by_the_last_value() -> None:
     assert ours < 0.5 * last_value
 
 
+def test_training_goes_on_from_what_was_learnt() -> None:
+    values = wave(100)
+    state, _ = fed(values)
+    other, _ = fed(wave(100, amplitude=3.0))
+    both = (state, state._replace(rules=other.rules))
+    one, two = (learn(ENABLED, each, next_stamp(values), 0.0).increment for each in both)
+    assert one != two
+
+
 @pytest.mark.parametrize("level", [0.0, 1.0, -3e5, 1e99])
 def test_a_constant_is_predicted_to_go_on(level: float) -> None:
     _, predictions = fed([level] * 100)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Time, bounds, lags and errors."""
+"""Time, bounds, lags, variances and errors."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fuzzy_fusion_ros.core.covariance import Covariance, corrected, gain
 from fuzzy_fusion_ros.core.numerics import LARGEST, bounded, lag_gain, seconds_between
 from fuzzy_fusion_ros.parameters.errors import BagError, FusionError, MessageError, ParameterError
 
@@ -78,3 +79,11 @@ def test_owners_add_their_names_to_an_error() -> None:
     assert str(outer) == (
         "parameter aggregator.difference.small: got 2, expected less than large 1"
     )
+
+
+def test_what_rounding_leaves_below_0_of_a_variance_is_0() -> None:
+    """Off the diagonal is as much as the variances allow, and the last digit more."""
+    more = math.nextafter(1.0, 2.0)
+    p = Covariance(1.0, 1.0, 1.0, more, 1.0, 1.0, more, 1.0, more, 1.0)
+    after = corrected(p, gain(p, 1e-300), 1e-300)
+    assert (after.cc, after.bb, after.m11) == (0.0, 0.0, 0.0)
