@@ -16,7 +16,7 @@ from typing import NamedTuple
 from fuzzy_fusion_ros.baselines.answers import estimated, waiting
 from fuzzy_fusion_ros.baselines.noise import variance_in_motion
 from fuzzy_fusion_ros.baselines.parameters import ErrorStateParameters
-from fuzzy_fusion_ros.baselines.trend import Motion, Trend, corrected, first_trend, propagated
+from fuzzy_fusion_ros.baselines.trend import MotionModel, Trend, corrected, first_trend, propagated
 from fuzzy_fusion_ros.batch.series import Method
 from fuzzy_fusion_ros.core.delay_line import DelayLine, delayed, empty_line, extended
 from fuzzy_fusion_ros.core.estimator import Estimate
@@ -140,13 +140,15 @@ def without_s1(parameters: ErrorStateParameters, state: ErrorState, stamp_ns: in
     return estimated(state.s2, 0.0)
 
 
-def motion_of_s1(parameters: ErrorStateParameters) -> Motion:
+def motion_of_s1(parameters: ErrorStateParameters) -> MotionModel:
     """Return how S1 moves."""
-    return Motion(
+    return MotionModel(
         parameters.process_noise, parameters.velocity_deviation, parameters.velocity_time_constant
     )
 
 
-def motion_of_bias(parameters: ErrorStateParameters) -> Motion:
+def motion_of_bias(parameters: ErrorStateParameters) -> MotionModel:
     """Return how S1's bias moves."""
-    return Motion(parameters.bias_noise, parameters.slope_deviation, parameters.slope_time_constant)
+    return MotionModel(
+        parameters.bias_noise, parameters.slope_deviation, parameters.slope_time_constant
+    )

@@ -18,7 +18,7 @@ from fuzzy_fusion_ros.core.numerics import bounded, seconds_between
 from fuzzy_fusion_ros.parameters.group import numbers
 
 
-class Belief(NamedTuple):
+class Gaussian(NamedTuple):
     """Mean and covariance of the signal and of S1's bias.
 
     Attributes:
@@ -49,12 +49,12 @@ class Kalman(NamedTuple):
     started: bool
     calibrated: bool
     stamp_ns: int
-    belief: Belief
+    belief: Gaussian
 
 
 def kalman(parameters: KalmanParameters) -> Method:
     """Return the method."""
-    nothing = Belief(signal=0.0, bias=0.0, p_signal=0.0, p_cross=0.0, p_bias=0.0)
+    nothing = Gaussian(signal=0.0, bias=0.0, p_signal=0.0, p_cross=0.0, p_bias=0.0)
     state = Kalman(started=False, calibrated=False, stamp_ns=0, belief=nothing)
     return Method(observe_s2, update, without_s1, numbers(parameters), state)
 
@@ -66,7 +66,9 @@ def observe_s2(parameters: KalmanParameters, state: Kalman, stamp_ns: int, value
         ahead = predict(parameters, state.belief, seconds_between(state.stamp_ns, stamp_ns))
         belief = correct(ahead, 0.0, variance, value)[1]
     else:
-        belief = Belief(signal=bounded(value), bias=0.0, p_signal=variance, p_cross=0.0, p_bias=0.0)
+        belief = Gaussian(
+            signal=bounded(value), bias=0.0, p_signal=variance, p_cross=0.0, p_bias=0.0
+        )
     return Kalman(
         started=True,
         calibrated=state.calibrated,
@@ -85,7 +87,7 @@ def update(
     belief = predict(parameters, state.belief, seconds_between(state.stamp_ns, stamp_ns))
     gain = 0.0
     if parameters.biased and not state.calibrated:
-        belief = Belief(
+        belief = Gaussian(
             signal=belief.signal,
             bias=bounded(value - belief.signal),
             p_signal=belief.p_signal,
@@ -108,12 +110,12 @@ def without_s1(parameters: KalmanParameters, state: Kalman, stamp_ns: int) -> Es
     return estimated(state.belief.signal, 0.0, state.belief.p_signal)
 
 
-def predict(parameters: KalmanParameters, belief: Belief, dt: float) -> Belief:
+def predict(parameters: KalmanParameters, belief: Gaussian, dt: float) -> Gaussian:
     """Propagate both random walks by ``dt`` seconds; a late sample does not propagate them."""
     elapsed = max(dt, 0.0)
     walked = parameters.process_noise * parameters.process_noise * elapsed
     strayed = parameters.bias_noise * parameters.bias_noise * elapsed
-    return Belief(
+    return Gaussian(
         signal=belief.signal,
         bias=belief.bias,
         p_signal=belief.p_signal + walked,
@@ -123,8 +125,8 @@ def predict(parameters: KalmanParameters, belief: Belief, dt: float) -> Belief:
 
 
 def correct(
-    belief: Belief, bias_share: float, variance: float, measured: float
-) -> tuple[float, Belief]:
+    belief: Gaussian, bias_share: float, variance: float, measured: float
+) -> tuple[float, Gaussian]:
     """Correct by a measurement of ``signal + bias_share * bias``; covariances in Joseph's form.
 
     Returns:
@@ -143,7 +145,7 @@ def correct(
     c = -k_bias
     d = 1.0 - k_bias * h
     p, q, r = belief.p_signal, belief.p_cross, belief.p_bias
-    return k_signal, Belief(
+    return k_signal, Gaussian(
         signal=bounded(belief.signal + k_signal * innovation),
         bias=bounded(belief.bias + k_bias * innovation),
         p_signal=a * a * p + 2.0 * a * b * q + b * b * r + noise * k_signal * k_signal,

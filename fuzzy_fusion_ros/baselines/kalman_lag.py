@@ -50,7 +50,7 @@ class Covariance(NamedTuple):
     gg: float
 
 
-class Belief(NamedTuple):
+class Gaussian(NamedTuple):
     """Mean and covariance of the states."""
 
     mean: States
@@ -72,7 +72,7 @@ class KalmanLag(NamedTuple):
     stamp_ns: int
     s2_ns: int
     s2: float
-    belief: Belief
+    belief: Gaussian
 
 
 def kalman_lag(parameters: KalmanLagParameters) -> Method:
@@ -137,12 +137,12 @@ def without_s1(parameters: KalmanLagParameters, state: KalmanLag, stamp_ns: int)
     return estimated(state.belief.mean.s, 0.0, state.belief.covariance.ss)
 
 
-def first_belief(parameters: KalmanLagParameters, s2: float) -> Belief:
+def first_belief(parameters: KalmanLagParameters, s2: float) -> Gaussian:
     """Return the belief after the first sample of S2, as if the signal had rested there."""
     p = parameters.s2_noise * parameters.s2_noise
     vv = parameters.velocity_deviation * parameters.velocity_deviation
     bb = parameters.bias_deviation * parameters.bias_deviation
-    return Belief(
+    return Gaussian(
         States(s=s2, v=0.0, b=0.0, f=s2, g=s2),
         Covariance(
             ss=p, sv=0.0, sb=0.0, sf=p, sg=p,
@@ -154,7 +154,7 @@ def first_belief(parameters: KalmanLagParameters, s2: float) -> Belief:
     )  # fmt: skip
 
 
-def predict(parameters: KalmanLagParameters, belief: Belief, dt: float) -> Belief:
+def predict(parameters: KalmanLagParameters, belief: Gaussian, dt: float) -> Gaussian:
     """Propagate by ``dt`` seconds; a late sample does not propagate.
 
     In turn ``s += t v; v *= d; f += h (s - f); g += k (f - g)``, each exact while what drives it is
@@ -199,15 +199,15 @@ def predict(parameters: KalmanLagParameters, belief: Belief, dt: float) -> Belie
     ss = ss + parameters.process_noise * parameters.process_noise * elapsed
     vv = vv + (1.0 - d * d) * (parameters.velocity_deviation * parameters.velocity_deviation)
     bb = p.bb + parameters.bias_noise * parameters.bias_noise * elapsed
-    return Belief(
+    return Gaussian(
         States(s, v, mean.b, f, g),
         Covariance(ss, sv, sb, sf, sg, vv, vb, vf, vg, bb, bf, bg, ff, fg, gg),
     )
 
 
 def correct(
-    belief: Belief, shared: States, prior: float, variance: float, innovation: float
-) -> Belief:
+    belief: Gaussian, shared: States, prior: float, variance: float, innovation: float
+) -> Gaussian:
     """Correct by a scalar measurement.
 
     Args:
@@ -224,7 +224,7 @@ def correct(
     total = known + robust_variance(max(variance, finest), known, away)
     s, v, b, f, g = shared
     gain = States(s / total, v / total, b / total, f / total, g / total)
-    return Belief(
+    return Gaussian(
         States(
             s=bounded(mean.s + gain.s * away),
             v=bounded(mean.v + gain.v * away),

@@ -12,7 +12,7 @@ from fuzzy_fusion_ros.baselines.noise import FINEST, robust_variance
 from fuzzy_fusion_ros.core.numerics import bounded, lag_gain
 
 
-class Motion(NamedTuple):
+class MotionModel(NamedTuple):
     """How a value with a slope moves.
 
     Attributes:
@@ -36,7 +36,7 @@ class Trend(NamedTuple):
     cc: float
 
 
-def first_trend(motion: Motion, value: float, deviation: float) -> Trend:
+def first_trend(motion: MotionModel, value: float, deviation: float) -> Trend:
     """Return a value with a mean and a standard deviation, its slope unknown about 0."""
     return Trend(
         x=value,
@@ -47,7 +47,7 @@ def first_trend(motion: Motion, value: float, deviation: float) -> Trend:
     )
 
 
-def propagated(motion: Motion, trend: Trend, dt: float) -> Trend:
+def propagated(motion: MotionModel, trend: Trend, dt: float) -> Trend:
     """Return the trend after ``dt`` seconds; nothing moves where that is negative."""
     elapsed = max(dt, 0.0)
     lost = lag_gain(elapsed, motion.time_constant)

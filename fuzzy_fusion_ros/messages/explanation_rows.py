@@ -20,7 +20,7 @@ _AFTER_STRENGTHS = 8 * len(RULES) + 2 * 4
 """Bytes from the first of them to the end: the numbers, and the counts of two empty arrays."""
 
 
-class Explained(NamedTuple):
+class ExplanationColumns(NamedTuple):
     """Estimates and what stands behind them, all of shape (n,), strengths (n, 4).
 
     Attributes:
@@ -58,7 +58,7 @@ class ExplanationRows:
         self._place = self._codec.place(self._point)
         self._strengths = strengths_message(FiringStrengths(0.0, 0.0, 0.0, 0.0), 0)
 
-    def rows(self, trace: Explained) -> list[tuple[str, NDArray[np.int64], Rows]] | None:
+    def rows(self, trace: ExplanationColumns) -> list[tuple[str, NDArray[np.int64], Rows]] | None:
         """Return topic, the estimates that it has a message of, and these messages.
 
         Args:

@@ -27,7 +27,7 @@ from fuzzy_fusion_ros.core.estimator import WAITING
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages.codec import ScalarCodec
 from fuzzy_fusion_ros.messages.columns import ColumnReader, Columns, rows_alike
-from fuzzy_fusion_ros.messages.explanation_rows import Explained, ExplanationRows
+from fuzzy_fusion_ros.messages.explanation_rows import ExplanationColumns, ExplanationRows
 from fuzzy_fusion_ros.messages.outputs import EstimateMessages
 from fuzzy_fusion_ros.messages.rows import Rows, repeated
 from fuzzy_fusion_ros.offline.clean import is_settled, series_of, takes_arrays
@@ -168,7 +168,7 @@ class Bulk:
             pieces.append((self._outputs[0][0], which, made))
         if self._explanation is not None:
             prefix = self._outputs[1][0].rpartition("/")[0]
-            own = Explained(*(getattr(trace, name) for name in Explained._fields))
+            own = ExplanationColumns(*(getattr(trace, name) for name in ExplanationColumns._fields))
             explained = self._explanation.rows(own)
             if explained is None:
                 return None
