@@ -364,6 +364,14 @@ def test_a_gap_of_s1_keeps_the_bias_and_restarts_the_model_of_s2() -> None:
     assert state.sensors.belief.states.shown.lagged == 7.5
 
 
+def test_the_delay_does_not_reach_across_a_gap_of_s1() -> None:
+    parameters = replace(LEARNING, {"s1.timeout": 1.0, "s2.timeout": 10.0, "s2.delay": 0.5})
+    _, state = fed(parameters, [0.0] * 100, [0.0] * 100)
+    _, state = fed(parameters, [4.0], [], state=state, start_ns=4 * SECOND)
+    state = observe_s2(parameters, state, 4 * SECOND + STEP, 4.0)
+    assert state.sensors.belief.innovation == 0.0
+
+
 def test_an_s2_that_is_lost_leaves_s1_less_its_bias() -> None:
     lost = replace(LEARNING, {"s2.timeout": 0.5})
     said, _ = fed(lost, [1.5] * 400, [1.0] * 300)
