@@ -128,9 +128,7 @@ def check(sensors: TwoSensors, most_points: int = MOST_POINTS) -> Check:
     findings += [finding for each in judged for finding in each.findings]
     if len(characters) < 2 or any(each.about == "same topic" for each in same):
         return Check(characters, np.nan, None, _sorted(findings))
-    clocks, relation, about_both = _compare(
-        judged[0], judged[1], sensors, most_points, is_angle=period > 0.0
-    )
+    clocks, relation, about_both = _compare(judged[0], judged[1], sensors, most_points, period)
     return Check(characters, clocks.behind, relation, _sorted([*findings, *about_both]))
 
 
@@ -231,7 +229,7 @@ def _gaps(samples: SensorSamples, start_ns: int) -> list[Finding]:
 
 
 def _compare(
-    s1: _Judged, s2: _Judged, sensors: TwoSensors, most_points: int, *, is_angle: bool
+    s1: _Judged, s2: _Judged, sensors: TwoSensors, most_points: int, period: float
 ) -> tuple[Clocks, Relation | None, list[Finding]]:
     """Compare clocks and motion of two sensors."""
     start_ns, kind = sensors.start_ns, pair.kind_by_units(sensors)
@@ -252,7 +250,7 @@ def _compare(
     findings = [*clocks.findings, *pair.stuck("s1", one, "s2", other)]
     findings += pair.stuck("s2", other, "s1", one)
     about_relation, relation = pair.judge_relation(
-        found, expected, s1.usable.scale, only_units=is_angle or kind is not None
+        found, expected, s1.usable.scale, only_units=period > 0.0 or kind is not None
     )
     if relation is not None and any(each.level > Level.INFO for each in about_relation):
         halves = [hypotheses(*half) for half in halved(one, other)]
@@ -263,6 +261,9 @@ def _compare(
         relation = relation._replace(lag=lag_of(one, other, relation, most_points))
     if relation is not None and relation.kind is Kind.VALUE:
         findings += pair.exchanged(relation, one, other)
+    if relation is not None and not any(each.level for each in findings):
+        raw = motion_of(clocks.s2_s, s2.usable.values)
+        findings += pair.restless(relation, one, raw, period)
     explained = {each.about for each in (*s1.findings, *s2.findings, *findings)} & EXPLAINED
     if relation is None and not about_relation and not explained:
         findings += pair.unrelated(found, one, other, kind or expected)

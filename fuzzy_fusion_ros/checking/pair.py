@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fuzzy_fusion_ros.batch.arrays import Reals, white_noise
+from fuzzy_fusion_ros.batch.arrays import Reals, nearest, white_noise
 from fuzzy_fusion_ros.checking.finding import Finding, Level
 from fuzzy_fusion_ros.checking.motion import Motion
 from fuzzy_fusion_ros.checking.relation import NEAR_ONE, Conversion, Kind, Relation
@@ -65,6 +65,17 @@ NOISIER = 3.0
 
 LEAD = 0.05
 """S2 is ahead of S1 from this many seconds on, or a quarter of the longer interval."""
+
+USUAL, WILD = 0.95, 10.0
+"""While S1 moves, this share of the steps of S2 is off by less than usual; a step that is off by
+this many times as much is wild."""
+
+AT_REST = (10, 0.02, 0.1)
+"""S2 scatters at rest if there are this many wild steps and this share then, and less than this
+share of them in motion,"""
+
+TURNS_AT_REST = 0.25
+"""and more than this share of those in a row are opposite: what S1 misses moves one way."""
 
 STUCK_FOR = (1.0, 5.0, 20)
 """A sensor is stuck if it does not change for this many seconds, this many intervals of the slower
@@ -378,6 +389,43 @@ def exchanged(relation: Relation, s1: Motion, s2: Motion) -> list[Finding]:
     text = f"s1 and s2 look swapped: s2 is {' and '.join(seen)}"
     evidence = {"rate": faster, "noise": noisier, "lag": relation.lag}
     return [Finding(Level.WARNING, "exchanged", text, evidence, "swap --s1 and --s2")]
+
+
+def restless(relation: Relation, s1: Motion, s2: Motion, period: float) -> list[Finding]:
+    """Judge whether S2 means nothing while S1 rests, as the course of a GNSS receiver.
+
+    Args:
+        relation: What they are to each other, which is as it should be.
+        s1: Motion of S1.
+        s2: Motion of S2, wraps and spikes included.
+        period: Where it wraps, unit of the signal; 0 if it does not.
+    """
+    s1_values = s1.values
+    if relation.kind is Kind.S1_RATE:
+        steps = np.diff(s1.time_s) * 0.5 * (s1_values[1:] + s1_values[:-1])
+        s1_values = np.append(0.0, np.cumsum(steps))
+    expected = np.diff(np.interp(s2.time_s - relation.lag, s1.time_s, s1_values))
+    off = nearest(np.diff(s2.values) - expected, 0.0, period)
+    moving = np.abs(expected) > np.median(np.abs(expected))
+    if not moving.any():
+        return []
+    usual = float(np.quantile(np.abs(off[moving]), USUAL))
+    wild = np.abs(off) > WILD * usual
+    at_rest = wild & ~moving
+    in_a_row = at_rest[1:] & at_rest[:-1]
+    turns = in_a_row & (off[1:] * off[:-1] < 0.0)
+    count = np.count_nonzero(at_rest)
+    is_random = np.count_nonzero(turns) > TURNS_AT_REST * np.count_nonzero(in_a_row)
+    only_at_rest = np.count_nonzero(wild & moving) < AT_REST[2] * count
+    if count < max(AT_REST[0], AT_REST[1] * off.size) or not (is_random and only_at_rest):
+        return []
+    text = (
+        f"s2 scatters while s1 rests: {count} of its {off.size} steps are off by "
+        f"{float(np.median(np.abs(off[at_rest]))):.2g} (median), in motion they are by up to "
+        f"{usual:.2g}"
+    )
+    remedy = "s2.outlier_threshold: 4, which needs s1.bias_time_constant > 0: tune fits both"
+    return [Finding(Level.INFO, "restless", text, {}, remedy)]
 
 
 def _ratio(one: float, other: float) -> float:

@@ -469,3 +469,43 @@ def test_a_wrong_period_is_all_that_is_named(
     assert [each.about for each in found.findings] == ["period"]
     assert found.relation is not None
     assert found.relation.correlation > 0.9
+
+
+@pytest.mark.parametrize("kind", ["value", "rate"])
+@pytest.mark.parametrize(
+    ("at_rest", "named"),
+    [
+        (0.8 * NOISE2, True),
+        (0.02 * NOISE2, False),  # as noisy as in motion
+        (0.3 * (T2 - 20.0), False),  # S1 does not see a motion one way
+        (np.where(T2 > 22.0, 1.0, 0.0), False),  # one step
+    ],
+)
+def test_an_s2_that_means_nothing_at_rest_is_named(kind: str, at_rest: Reals, named: bool) -> None:
+    def course(time_s: Reals) -> Reals:
+        moving = np.minimum(time_s, 20.0) + np.maximum(time_s - 24.0, 0.0)
+        found: Reals = motion(moving)
+        return found
+
+    values = course(T1) if kind == "value" else np.gradient(course(T1), T1)
+    s2 = course(T2 - 0.1) + 0.02 * NOISE2 + np.where((T2 > 20.2) & (T2 < 24.0), at_rest, 0.0)
+    sensors = TwoSensors(
+        sensor("s1", T1, values + 0.002 * NOISE),
+        sensor("s2", T2, turned(s2)),
+        START_NS,
+        2.0 * math.pi,
+        is_rate=kind == "rate",
+    )
+    found = check(sensors)
+    assert ("restless" in {each.about for each in found.findings}) is named
+    if named:
+        finding = only(found.findings, "restless")
+        assert finding.level is Level.INFO
+        assert finding.remedy.startswith("s2.outlier_threshold: 4")
+        assert found.is_fine
+
+
+def turned(angle: Reals) -> Reals:
+    """Return an angle in rad from -pi to pi."""
+    found: Reals = angle - 2.0 * math.pi * np.round(angle / (2.0 * math.pi))
+    return found
