@@ -22,6 +22,8 @@ The package installs two pytest fixtures; ``examples/robot`` is a template that 
 - ``ros_domain``: a free DDS domain, which this process and its children have joined until the test
   ends. With both, the harness is in that domain.
 
+Tests with and without launch_testing can be in the same run.
+
 Importing this package does not import rclpy: names are imported when they are first used.
 """
 
