@@ -6,8 +6,8 @@ VENV ?= .venv
 DISTRO ?= jazzy
 # Options for the executable behind a target: make demo ARGS="--seed 7"
 ARGS ?=
-# Tests in parallel: one more than there are processors, as tests of nodes mostly wait.
-WORKERS ?= $(shell n=$$(nproc); echo $$((n < 8 ? n + 1 : 8)))
+# Tests in parallel: two more than there are processors, as tests of nodes mostly wait.
+WORKERS ?= $(shell n=$$(nproc); echo $$((n < 7 ? n + 2 : 8)))
 
 RUN := .ci/with_venv $(VENV)
 PYTEST := pytest -n $(WORKERS) --dist loadgroup

@@ -26,6 +26,7 @@ from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
 
 BAGS = Path(__file__).resolve().parents[2] / "bags"
+MORE = pytest.mark.slow("more of them")
 SMALL = 1 << 11
 """Bytes of a block, so that the state is carried from one to the next."""
 
@@ -216,19 +217,21 @@ def scalars_at_random(seed: int) -> list[Scalar]:
     return scalars
 
 
-def test_streams_at_random(both: Both, tmp_path: Path) -> None:
+@pytest.mark.parametrize("seeds", [range(5), pytest.param(range(5, 20), marks=MORE)], ids=str)
+def test_streams_at_random(both: Both, tmp_path: Path, seeds: range) -> None:
     went: Counter[str] = Counter()
-    for seed in range(20):
+    for seed in seeds:
         path = write_scalars(tmp_path / f"bag{seed}", scalars_at_random(seed))
         went += both.ways(path, block=SMALL)
     assert min(went["at once"], went["one by one"]) > 0
 
 
-def test_spoilt_bags(both: Both, tmp_path: Path) -> None:
+@pytest.mark.parametrize("times", [1, pytest.param(3, marks=MORE)])
+def test_spoilt_bags(both: Both, tmp_path: Path, times: int) -> None:
     whole = original(tmp_path / "whole")
     assert both.ways(whole.path).keys() == {"at once"}
     went: Counter[str] = Counter()
-    for seed in range(2 * len(MUTATIONS)):
+    for seed in range(times * len(MUTATIONS)):
         mutated(whole, tmp_path / "bag", seed)
         went += both.ways(tmp_path / "bag", block=SMALL)
     assert min(went["at once"], went["one by one"]) > 0
