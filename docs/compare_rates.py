@@ -68,15 +68,18 @@ def main() -> None:
     """Print the table, then the errors of the filters of all three axes."""
     folder = Path(sys.argv[1])
     print(
-        "| signal | S1 integrated beforehand | S1 as a rate | complementary | "
-        "Kalman with bias state | best of all filters in `score` |"
+        "| signal | S1 integrated beforehand | as a rate, tuned so | as a rate, tuned as a rate | "
+        "complementary | Kalman with bias state | best of all filters in `score` |"
     )
-    print("|---|---|---|---|---|---|")
+    print("|---|---|---|---|---|---|---|")
     for name, signal in (*_car(folder), *_imu(folder)):
-        rates, integrated = _scores(signal, "rate"), _scores(signal, "value")
+        integrated, tuned = _scores(signal, "value")
+        same, _ = _scores(signal, "rate", replace(tuned, {"s1.kind": "rate"}))
+        rates, _ = _scores(signal, "rate")
         ours = rates.pop("estimate")
         best = min(rates, key=rates.__getitem__)
-        errors = [integrated["estimate"], ours, *(rates[each] for each in SHOWN), rates[best]]
+        errors = [integrated["estimate"], same["estimate"], ours]
+        errors += [*(rates[each] for each in SHOWN), rates[best]]
         print(f"| {name} | {' | '.join(_cells(errors))} `{best}` |", flush=True)
     for name, (roll, pitch) in _attitudes(folder):
         print(f"{name}: roll {roll:.2g} rad, pitch {pitch:.2g} rad", flush=True)
@@ -91,8 +94,10 @@ def _cells(errors: Sequence[float]) -> list[str]:
     ]
 
 
-def _scores(signal: Signal, kind: str) -> dict[str, float]:
-    """Return the RMSE on the second half of what was tuned on the first."""
+def _scores(
+    signal: Signal, kind: str, given: Parameters | None = None
+) -> tuple[dict[str, float], Parameters]:
+    """Return the RMSE on the second half, and the parameters: given, or tuned on the first half."""
     first = nearest(signal.s2[:1], signal.truth[0], signal.period)[0]
     steps = 0.5 * (signal.rate[1:] + signal.rate[:-1]) * np.diff(signal.s1_s)
     integral = first + np.append(0.0, np.cumsum(steps))
@@ -106,9 +111,12 @@ def _scores(signal: Signal, kind: str) -> dict[str, float]:
             "/s1": (signal.s1_s, s1),
         }
         _write(bag, tracks)
-        tune(bag, tuned, parameters=parameters, end=signal.middle)
-        found = score(bag, parameters=tuned, start=signal.middle, topics=Topics())
-    return {name: found.scores(name)["rmse"] for name in found.values}
+        if given is None:
+            given = tune(bag, tuned, parameters=parameters, end=signal.middle).parameters
+            found = score(bag, parameters=tuned, start=signal.middle, topics=Topics())
+        else:
+            found = score(bag, parameters=given, start=signal.middle, topics=Topics())
+    return {name: found.scores(name)["rmse"] for name in found.values}, given
 
 
 def _write(path: Path, tracks: dict[str, tuple[Reals, Reals]]) -> None:
