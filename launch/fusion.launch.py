@@ -40,10 +40,9 @@ def generate_launch_description():
                 executable="fusion_node",
                 name="fusion_node",
                 namespace=LaunchConfiguration("namespace"),
-                parameters=[
-                    LaunchConfiguration("params_file"),
-                    {"use_sim_time": LaunchConfiguration("use_sim_time")},
-                ],
+                # Not among the parameters, where launch would go on without a file that is missing.
+                ros_arguments=["--params-file", LaunchConfiguration("params_file")],
+                parameters=[{"use_sim_time": LaunchConfiguration("use_sim_time")}],
                 remappings=[
                     ("s1", LaunchConfiguration("s1")),
                     ("s2", LaunchConfiguration("s2")),

@@ -94,12 +94,10 @@ def test_both_start_the_same_node(from_python: list[Call], from_xml: ElementTree
         assert node[key] == written.get(name)
     assert node["namespace"] == variable("namespace")
     assert written.get("namespace") == "$(var namespace)"
-    assert node["parameters"] == [
-        variable("params_file"),
-        {"use_sim_time": variable("use_sim_time")},
-    ]
+    assert node["ros_arguments"] == ["--params-file", variable("params_file")]
+    assert written.get("ros_args") == "--params-file $(var params_file)"
+    assert node["parameters"] == [{"use_sim_time": variable("use_sim_time")}]
     assert [each.attrib for each in written.findall("param")] == [
-        {"from": "$(var params_file)"},
         {"name": "use_sim_time", "value": "$(var use_sim_time)"},
     ]
     remaps = [(each.get("from"), each.get("to")) for each in written.findall("remap")]
