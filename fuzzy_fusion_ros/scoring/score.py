@@ -359,11 +359,12 @@ def _fused(series: Series, parameters: Parameters, first: int, every: int) -> Tr
 
 
 def _single(values: Mapping[str, Reals]) -> list[str]:
-    """Say where the estimate is one sensor throughout, digit for digit."""
+    """Say where the estimate is one sensor throughout, digit for digit, and not the other."""
+    same = [name for name in ("s1", "s2") if np.array_equal(values["estimate"], values[name])]
     return [
         f"the estimate is {name} alone throughout: the other sensor was never used"
-        for name in ("s1", "s2")
-        if np.array_equal(values["estimate"], values[name])
+        for name in same
+        if len(same) == 1
     ]
 
 

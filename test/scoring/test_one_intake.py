@@ -116,3 +116,9 @@ def test_clocks_apart_and_an_estimate_of_one_sensor_throughout_are_named(tmp_pat
     notes = "\n".join(score.notes)
     assert "WARN s2's stamps are 5.0 s behind s1's" in notes
     assert "the estimate is s1 alone throughout" in notes
+
+
+def test_sensors_that_are_equal_are_not_said_to_be_alone(tmp_path: Path) -> None:
+    found = [each._replace(value=1.0) for each in scalars(NEVER, NEVER)]
+    score = score_bag(write_scalars(tmp_path / "bag", found), Topics(), Parameters())
+    assert not [note for note in score.notes if "alone throughout" in note]
