@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """How Sphinx builds these pages: ``make site``, or rosdoc2.
 
-rosdoc2 makes a project of its own: this folder copied to the top of it, README and its likes below
-``standard_docs/``.
+rosdoc2 makes a project of its own: a copy of this folder, with README and its likes beside the
+pages, up to version 0.2.1 below ``standard_docs/original/``.
 """
 
 import re
@@ -16,9 +16,9 @@ version = release = "0.2.0"
 extensions = ["myst_parser"]
 myst_enable_extensions = ["dollarmath"]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
-# Of what rosdoc2 adds: its start page, and pages that only include the standard documents.
-exclude_patterns = ["__pycache__", "index.rst", "__readme_include.rst", "standards.rst"]
-exclude_patterns += ["standard_docs/*.rst", "standard_docs/original/CHANGELOG.rst"]
+# Of what rosdoc2 adds: its start page, pages that only include others, and a second changelog.
+exclude_patterns = ["__pycache__", "index.rst", "standards.rst", "__*.rst", "standard_docs/*.rst"]
+exclude_patterns += ["CHANGELOG.rst", "standard_docs/original/CHANGELOG.rst"]
 myst_heading_anchors = 4
 html_theme = "furo"
 html_title = project
@@ -26,29 +26,28 @@ html_static_path = ["_static"]
 html_css_files = ["pages.css"]
 
 
-STANDARD_DOCUMENTS = """
-```{toctree}
-:hidden:
-:glob:
-standard_docs/original/*
-```
-"""
+STANDARD_DOCUMENTS = ("README", "CONTRIBUTING", "QUALITY_DECLARATION")
 
 
 def adapt(app, docname, source):
     """Add what rosdoc2 added to the contents, and point its links to where it has the pages."""
-    folder = app.srcdir / Path(docname).parent
+    page, root = Path(docname), Path(app.srcdir)
+    folder = root / page.parent
 
     def link(found):
         text, target = found.groups()
         path = target.partition("#")[0]
         return f"[{text}]({target})" if ":" in path or (folder / path).exists() else text
 
-    if folder != app.srcdir:
-        text = source[0].replace("](docs/", "](../../").replace("](CHANGELOG", "](../../changes")
+    if page.name in STANDARD_DOCUMENTS:
+        top = "../" * len(page.parts[:-1])
+        text = source[0].replace("](docs/", f"]({top}")
+        text = text.replace("](CHANGELOG", f"]({top}changes")
         source[0] = re.sub(r"(?<!!)\[([^]\[]+)\]\(([^)\s]+)\)", link, text)
-    elif docname == "index" and (folder / "standard_docs").exists():
-        source[0] += STANDARD_DOCUMENTS
+    elif docname == "index":
+        added = sorted(root.rglob("*.md"))
+        names = [str(path.relative_to(root)) for path in added if path.stem in STANDARD_DOCUMENTS]
+        source[0] += "\n".join(["", "```{toctree}", ":hidden:", *names, "```", ""])
 
 
 def setup(app):

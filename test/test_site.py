@@ -31,27 +31,31 @@ def test_the_site_builds_without_warnings(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow("builds every page")
-def test_rosdoc2_finds_the_pages_the_pictures_and_the_quality_declaration(tmp_path: Path) -> None:
+@pytest.mark.parametrize("place", [".", "standard_docs/original"], ids=["0.2.2", "0.2.1"])
+def test_rosdoc2_finds_the_pages_the_pictures_and_the_quality_declaration(
+    place: str, tmp_path: Path
+) -> None:
     """In a project as rosdoc2 makes it: a copy of the pages, beside its own."""
     manifest = ElementTree.parse(ROOT / "package.xml")
     settings, configuration = yaml.safe_load_all(
         (ROOT / str(manifest.findtext("export/rosdoc2"))).read_text()
     )
     assert settings == {"type": "rosdoc2 config", "version": 1}
-    pages = tmp_path / "pages"
+    pages, site = tmp_path / "pages", tmp_path / "site"
     shutil.copytree(ROOT / configuration["builders"][0]["sphinx"]["sphinx_sourcedir"], pages)
-    (pages / "standard_docs" / "original").mkdir(parents=True)
-    for path in ("index", "standards", "__readme_include", "standard_docs/README"):
-        (pages / f"{path}.rst").write_text(f"{path}\n{'=' * len(path)}\n")
+    (pages / place).mkdir(parents=True, exist_ok=True)
+    for path in ("index", "__standards", "__README"):
+        (pages / f"{path}.rst").write_text("page\n====\n")
     for name in ("README.md", "CONTRIBUTING.md", "QUALITY_DECLARATION.md", "CHANGELOG.rst"):
-        shutil.copy(ROOT / name, pages / "standard_docs" / "original")
-    site = tmp_path / "site"
+        shutil.copy(ROOT / name, pages / place)
     build(pages, site)
-    assert "What do you want to do?" in (site / "index.html").read_text()
-    declaration = (site / "standard_docs" / "original" / "QUALITY_DECLARATION.html").read_text()
-    assert 'href="../../tuning.html"' in declaration
-    assert (site / "_images" / "fig18.png").exists()
-    assert "QUALITY_DECLARATION.html" in (site / "index.html").read_text()
+    index = (site / "index.html").read_text()
+    assert "What do you want to do?" in index
+    assert f'href="{Path(place, "QUALITY_DECLARATION.html")}"' in index
+    declaration = (site / place / "QUALITY_DECLARATION.html").read_text()
+    up = "" if place == "." else "../../"
+    assert f'href="{up}tuning.html"' in declaration
+    assert f'src="{up}_images/fig18.png"' in (site / place / "README.html").read_text()
 
 
 def test_every_page_is_in_the_contents() -> None:
