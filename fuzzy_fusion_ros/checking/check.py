@@ -238,9 +238,9 @@ def _compare(
     def hypotheses(one: Motion, other: Motion) -> list[Relation]:
         return [each for each in relations(one, other, most_points) if kind in {None, each.kind}]
 
-    def related(s1_s: Reals, s2_s: Reals) -> list[Relation]:
+    def related(s1_s: Reals, s2_s: Reals) -> float | None:
         found = hypotheses(motion_of(s1_s, s1.clean), motion_of(s2_s, s2.clean))
-        return found if found and pair.is_related(found[0]) else []
+        return pair.least_cost(found, expected)
 
     clocks = judge_clocks(
         Stamped(s1.usable, s1.steps), Stamped(s2.usable, s2.steps), start_ns, related

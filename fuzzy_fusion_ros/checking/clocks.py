@@ -3,14 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from fuzzy_fusion_ros.batch.arrays import Reals, seconds_since
 from fuzzy_fusion_ros.checking.finding import Finding, Level
-from fuzzy_fusion_ros.checking.relation import Relation
 from fuzzy_fusion_ros.checking.samples import SensorSamples
 from fuzzy_fusion_ros.checking.stamps import STEP, ClockStep, deliveries
 from fuzzy_fusion_ros.online.clocks import SYNCHRONIZE, apart, duration
@@ -39,8 +38,9 @@ LOST_AFTER = 3.0
 TOGETHER = 2.0
 """Clocks of both sensors that step within this many seconds are one clock, or a looped bag."""
 
-Compare = Callable[[Reals, Reals], Sequence[Relation]]
-"""Compares motion, given times of S1 and S2 in seconds; returns related hypotheses only."""
+Compare = Callable[[Reals, Reals], float | None]
+"""Compares motion, given times of S1 and S2 in seconds; returns what the most credible hypothesis
+costs, ``None`` if motion shows none."""
 
 
 class Clocks(NamedTuple):
@@ -128,19 +128,17 @@ def _is_late(
     behind: float,
     s1: Stamped,
     s2: Stamped,
-    by_stamps: Callable[[], Sequence[Relation]],
-    together: Callable[[], Sequence[Relation]],
+    by_stamps: Callable[[], float | None],
+    together: Callable[[], float | None],
 ) -> bool:
     """Return whether stamps differ by late delivery rather than by a clock."""
     sooner = s1 if behind > 0.0 else s2
     if abs(behind) > LONGEST_DELIVERY or sooner.delivery < SOONEST_DELIVERY:
         return False
     if_late, if_apart = by_stamps(), together()
-    if not (if_late or if_apart):
+    if if_late is None and if_apart is None:
         return abs(behind) <= WITHOUT_MOTION
-    late = if_late[0].cost if if_late else 0.0
-    apart = if_apart[0].cost if if_apart else 0.0
-    return late + abs(behind) / USUAL_DELIVERY <= apart + CLOCKS_APART
+    return (if_late or 0.0) + abs(behind) / USUAL_DELIVERY <= (if_apart or 0.0) + CLOCKS_APART
 
 
 def _steps(s1: Stamped, s2: Stamped, start_ns: int) -> list[Finding]:

@@ -213,6 +213,25 @@ def judge_relation(
     return [_odd(best, plain, expected, scale, only_units)], best
 
 
+def least_cost(found: Sequence[Relation], expected: Kind) -> float | None:
+    """Return what the most credible hypothesis costs, a fault by its margin more.
+
+    Args:
+        found: The hypotheses, the most credible first.
+        expected: What the parameters say that the sensors are to each other.
+
+    Returns:
+        ``None`` if the motion shows no relation.
+    """
+    if not found or not is_related(found[0]):
+        return None
+    return min(
+        each.cost + (0.0 if _is_as_it_should(each, expected) else MARGIN)
+        for each in found
+        if is_related(each)
+    )
+
+
 def is_lasting(relation: Relation, halves: Iterable[Sequence[Relation]]) -> bool:
     """Return whether the halves of a recording bear out the fault that the whole seems to have.
 

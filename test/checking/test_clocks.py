@@ -62,6 +62,15 @@ def test_clocks_that_are_apart(behind: float, text: str) -> None:
     assert found.relation.lag == pytest.approx(LAG, abs=0.03)  # compared as they arrive
 
 
+@pytest.mark.parametrize("behind", [-2.2, -1.5, 1.2, 1.5, 1.8, 2.5, 3.0, 4.5, 5.0])
+def test_a_clock_that_is_off_by_part_of_a_sine_is_no_rate_and_no_sign(behind: float) -> None:
+    found = both(
+        sensor("s1", T1, np.sin(T1) + 0.3 + NOISE1),
+        sensor("s2", T2 - behind, np.sin(T2), arrivals_s=T2),
+    )
+    assert [each.about for each in found.findings if each.level] == ["clock offset"]
+
+
 @pytest.mark.parametrize(("late", "timeout"), [(0.3, "0.6 s"), (0.8, "1.1 s"), (1.6, "1.9 s")])
 def test_messages_that_are_late(late: float, timeout: str) -> None:
     found = checked(late=late)
