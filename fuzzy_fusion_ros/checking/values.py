@@ -11,6 +11,7 @@ import numpy as np
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals, white_noise
 from fuzzy_fusion_ros.checking.finding import Finding, Level
 from fuzzy_fusion_ros.checking.samples import SensorSamples
+from fuzzy_fusion_ros.core.numerics import LARGEST
 from fuzzy_fusion_ros.online.guard import Drop
 
 PERIODS = {2.0 * math.pi: "2 pi", 360.0: "360 degrees"}
@@ -95,6 +96,7 @@ def wrap_of(values: Reals) -> Wrap:
     Args:
         values: Finite, shape (n,).
     """
+    values = np.clip(values, -LARGEST, LARGEST)  # differences of numbers at the limit overflow
     steps = np.abs(np.diff(values))
     largest = steps.max(initial=0.0)
     for period in PERIODS:

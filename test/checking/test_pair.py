@@ -509,3 +509,9 @@ def turned(angle: Reals) -> Reals:
     """Return an angle in rad from -pi to pi."""
     found: Reals = angle - 2.0 * math.pi * np.round(angle / (2.0 * math.pi))
     return found
+
+
+def test_values_at_the_limit_of_numbers_are_refused_too() -> None:
+    huge = 1.7e308 * np.where(np.arange(T1.size) % 2, 1.0, -1.0)
+    found = both(sensor("s1", T1, huge), sensor("s2", T2, motion(T2)))
+    assert [each.about for each in found.findings] == ["overflow"]
