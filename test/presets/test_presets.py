@@ -39,7 +39,7 @@ PROMISED = 1.2
 """Share of the error in the table of the documentation that the estimate may have."""
 WITHIN_1SD = (0.43, 0.9)
 """Of independent normal errors 0.68 are; S2's lag leaves the temperature's at 0.45."""
-OTHERS = pytest.mark.slow("as the preset of three channels")
+OTHERS = pytest.mark.slow("as the preset for speed")
 PAGE = PRESETS.parents[1] / "docs" / "fusion_node.md"
 
 
@@ -108,10 +108,7 @@ def test_it_is_better_than_either_sensor(
 @pytest.mark.usefixtures("sensors_alone")
 @pytest.mark.parametrize(
     ("name", "channel"),
-    [
-        each if each == ("three_axes", "x") else pytest.param(*each, marks=OTHERS)
-        for each in CHANNELS
-    ],
+    [each if each[0] == "speed" else pytest.param(*each, marks=OTHERS) for each in CHANNELS],
 )
 def test_its_replay_scores_the_same(
     recorded: Callable[[str], Path], replayed: Callable[[str], Path], name: str, channel: str
