@@ -97,6 +97,8 @@ class Lifecycle(LifecycleNodeMixin, Node):
 
     def _clean_up(self) -> None:
         self._managed.disconnect()
+        for timer in _entities(self)["timer"] - self._kept["timer"]:
+            timer.cancel()  # the executor may have queued it, and still calls it otherwise
         for kind, entities in _entities(self).items():
             for entity in entities - self._kept[kind]:
                 getattr(self, f"destroy_{kind}")(entity)

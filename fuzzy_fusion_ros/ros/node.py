@@ -160,6 +160,8 @@ class ConfiguredNode(Node, Generic[G]):
     def destroy_node(self) -> None:
         """Finish the bag, then leave the graph."""
         self.recorder.close()
+        for timer in self.timers:  # the executor may have queued one, and still calls it otherwise
+            timer.cancel()
         Node.destroy_node(self)
 
     def set_parameters(self, parameter_list: list[Parameter]) -> list[SetParametersResult]:

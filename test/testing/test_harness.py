@@ -10,7 +10,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from faults.waiting import wait_until
 from rclpy.qos import QoSProfile
+from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 
 from fuzzy_fusion_ros.messages import load_message_class
@@ -55,6 +57,24 @@ def test_a_removed_node_makes_room_for_one_of_its_name() -> None:
             node.log.info(f"{k} is heard")
             harness.spin_until(lambda k=k: f"{k} is heard" in [m.msg for m in log])  # type: ignore[misc]
             harness.remove(node)
+
+
+def test_a_removed_node_does_nothing_more_although_its_timers_are_due() -> None:
+    with Harness() as harness:
+        node = harness.fusion_node()
+        publisher = node.create_publisher(Empty, "due", 1)
+        ticks: list[int] = []
+
+        def tick() -> None:
+            publisher.publish(Empty())
+            ticks.append(1)
+
+        timers = [node.create_timer(1e-3, tick) for _ in range(4)]
+        harness.spin_until(lambda: ticks)
+        ticks.clear()
+        wait_until(lambda: all(each.is_ready() for each in timers), "all timers due")
+        harness.spin_until(lambda: ticks)
+        harness.remove(node)
 
 
 def test_the_environment_is_put_back() -> None:
