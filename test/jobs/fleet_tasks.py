@@ -32,8 +32,8 @@ def waiting(item: tuple[int, str]) -> int:
     """Return the square of an even number; for an odd one, write that it waits, and do."""
     number, folder = item
     if number % 2:
-        Path(folder, f"waits_{number}_{os.getpid()}").touch()
         try:
+            Path(folder, f"waits_{number}_{os.getpid()}").touch()
             threading.Event().wait()
         except KeyboardInterrupt:
             raise KeyboardInterrupt(f"{number} has waited") from None

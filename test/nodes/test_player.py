@@ -206,7 +206,7 @@ def test_best_effort_stays_best_effort(harness: Harness, tmp_path: Path) -> None
     assert s2 == []  # it waits for a subscriber of S1
     player.send(signal.SIGINT)
     assert player.wait() == 130
-    assert player.stderr == "replay: interrupted: nobody subscribes to /s1\n"
+    assert player.stderr.startswith("replay: interrupted: nobody subscribes to /s1")
 
 
 def test_nothing_to_play_is_refused(harness: Harness, tmp_path: Path) -> None:
