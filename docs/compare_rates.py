@@ -68,8 +68,8 @@ def main() -> None:
     """Print the table, then the errors of the filters of all three axes."""
     folder = Path(sys.argv[1])
     print(
-        "| signal | S1 integrated beforehand | as a rate, same parameters | as a rate, tuned as a rate | "
-        "complementary | Kalman with bias state | best of all filters in `score` |"
+        "| signal | S1 integrated beforehand | as a rate, same parameters | "
+        "as a rate, tuned as a rate | complementary | Kalman with bias state | best of all filters in `score` |"
     )
     print("|---|---|---|---|---|---|---|")
     for name, signal in (*_car(folder), *_imu(folder)):
