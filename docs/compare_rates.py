@@ -69,7 +69,8 @@ def main() -> None:
     folder = Path(sys.argv[1])
     print(
         "| signal | S1 integrated beforehand | as a rate, same parameters | "
-        "as a rate, tuned as a rate | complementary | Kalman with bias state | best of all filters in `score` |"
+        "as a rate, tuned as a rate | complementary | "
+        "Kalman with bias state | best of all filters in `score` |"
     )
     print("|---|---|---|---|---|---|---|")
     for name, signal in (*_car(folder), *_imu(folder)):
