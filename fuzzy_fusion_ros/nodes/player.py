@@ -82,7 +82,7 @@ def play(
         context = Context()
         context.init([], domain_id=domain_id)
         try:
-            player = _Player(context, topics, lambda: stop.wanted)
+            player = _Player(context, topics, stop)
             try:
                 player.wait_for(awaited, patience)
                 player.run(read, rate, loop)
@@ -96,11 +96,9 @@ def play(
 class _Player(Node):
     """The node that publishes."""
 
-    def __init__(
-        self, context: Context, topics: Iterable[Topic], stopped: Callable[[], bool]
-    ) -> None:
+    def __init__(self, context: Context, topics: Iterable[Topic], stop: Stop) -> None:
         super().__init__("player", context=context)
-        self._stopped = stopped
+        self._stop = stop
         self._notes: list[str] = []
         self._outputs: dict[str, Publisher] = {}
         self._messages = 0
@@ -135,7 +133,7 @@ class _Player(Node):
         deadline = time.monotonic() + patience
         while missing := [each for each in topics if self._unheard(each)]:
             silence = f"nobody subscribes to {', '.join(missing)}"
-            if self._stopped():
+            if self._stop.wanted:
                 raise KeyboardInterrupt(silence)
             if time.monotonic() > deadline:
                 self._notes.append(silence)
@@ -148,7 +146,7 @@ class _Player(Node):
 
     def run(self, read: Callable[[], Iterator[BagMessage]], rate: float, loop: bool) -> None:
         """Publish the recording once, or again and again."""
-        while not self._stopped():
+        while not self._stop.wanted:
             before = self._messages
             self._once(read(), rate)
             if not loop or self._messages == before:
@@ -163,7 +161,7 @@ class _Player(Node):
             if begun is None:
                 begun = time.monotonic(), message.log_ns
             self._advance_to(message.log_ns, *begun, rate)
-            if self._stopped():
+            if self._stop.wanted:
                 return
             self._tell_time(message.log_ns)
             publisher.publish(message.data)
@@ -173,7 +171,7 @@ class _Player(Node):
     def _advance_to(self, log_ns: int, begun: float, first_ns: int, rate: float) -> None:
         """Wait until a message is due; the clock keeps running."""
         due = begun + (log_ns - first_ns) / SECOND_NS / rate
-        while not self._stopped() and (left := due - time.monotonic()) > 0.0:
+        while not self._stop.wanted and (left := due - time.monotonic()) > 0.0:
             time.sleep(min(left, LONGEST_SLEEP))
             now_ns = first_ns + round((time.monotonic() - begun) * rate * SECOND_NS)
             self._tell_time(min(now_ns, log_ns))
@@ -187,7 +185,7 @@ class _Player(Node):
         self._clock_publisher.publish(message)
 
     def _sleep_until(self, moment: float) -> None:
-        while not self._stopped() and (left := moment - time.monotonic()) > 0.0:
+        while not self._stop.wanted and (left := moment - time.monotonic()) > 0.0:
             time.sleep(min(left, LONGEST_SLEEP))
 
     def result(self) -> Played:
@@ -196,7 +194,7 @@ class _Player(Node):
 
     def destroy_node(self) -> None:
         """Leave the graph once reliable subscribers have all, or do not take it."""
-        deadline = time.monotonic() + (HASTE if self._stopped() else LEISURE)
+        deadline = time.monotonic() + (HASTE if self._stop.wanted else LEISURE)
         for publisher in self._outputs.values():
             left = max(deadline - time.monotonic(), 0.0)
             publisher.wait_for_all_acked(Duration(seconds=left))
