@@ -10,7 +10,7 @@ COMMANDS = {
     "replay": "run a bag through the fusion, or play it live",
     "reproduce": "reproduce the paper's figures and claims",
     "score": "score the estimate, the sensors and other filters",
-    "sensor_subscriber": "extract one number from any messages, validated",
+    "sensor_subscriber": "extract, validate and republish one number",
     "tune": "fit the parameters to a recording",
 }
 """The commands and what each does; the file of the same name holds it."""

@@ -37,7 +37,7 @@ def command_line() -> Parser:
         metavar="S",
         type=options.seconds,
         required=True,
-        help="explain the newest estimate this many seconds after the first message of the bag",
+        help="explain the newest estimate at this time, in seconds from the bag's first message",
     )
     options.add_params(parser)
     options.add_topics(parser)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs a bag through the fusion into a new bag or, with --live, plays it onto its topics.
 
-The new bag holds the messages of the old one, byte for byte, without an old estimate. Each message
+The new bag holds the messages of the old one, byte for byte, except an old estimate. Each message
 is followed by what fusion_node would have published on receiving it: estimate and explanation.
 With --no-explanation only the estimate is written, in less time and space.
 Several bags give several new bags, in the directory --output. A bag that cannot be replayed gets a

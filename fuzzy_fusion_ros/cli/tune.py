@@ -2,11 +2,11 @@
 """Fits the parameters to a recording, with or without a truth, and writes them for fusion_node.
 
 It characterises the sensors, fits candidates from either sensor alone up to the whole fusion, and
-chooses the simplest whose error on parts of the recording that it was not fitted to is at most 10 %
-above the smallest. To several recordings of the same sensors it fits one set of parameters, and
-the parts are the recordings. The baselines are fitted to the same target and written to the same
-file, for score --params. Without a truth the target is what S2 says, and errors are measured
-against a reference reconstructed from both sensors with hindsight.
+chooses the simplest whose error on parts left out of the fit is at most 10 % above the smallest.
+Several recordings of the same sensors get one set of parameters; each is then a part. The baselines
+are fitted to the same target and written to the same file, for score --params. Without a truth the
+target is what S2 says, and errors are measured against a reference reconstructed from both sensors
+with hindsight.
 """
 
 from __future__ import annotations

@@ -40,7 +40,7 @@ class SubscriberParameters(Group):
 
     input: SensorParameters = group(SensorParameters())
     future_tolerance: float = real(
-        10.0, "samples stamped further ahead of the clock are dropped", unit="s"
+        10.0, "samples stamped further ahead of the clock than this are dropped", unit="s"
     )
     qos: str = text(
         "sensor_data",

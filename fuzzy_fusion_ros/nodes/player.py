@@ -25,13 +25,13 @@ LONGEST_SLEEP = 0.05
 """Seconds between looks at signals, and between clock messages in a silence."""
 
 SETTLED = 0.5
-"""Time for subscribers to know us too once we know them, seconds."""
+"""Time for subscribers that are discovered to discover this node as well, seconds."""
 
 LEISURE, HASTE = 2.0, 0.3
 """Longest wait for reliable subscribers at the end, and when asked to stop, seconds."""
 
 DEEP = 100
-"""Messages kept for a slow reliable subscriber at least."""
+"""Fewest messages kept for a slow reliable subscriber."""
 
 
 class PlayerError(FusionError):

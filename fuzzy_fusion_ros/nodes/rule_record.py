@@ -9,7 +9,7 @@ from fuzzy_fusion_ros.core.numerics import seconds_between
 from fuzzy_fusion_ros.online.verdict import Fused
 
 LONGEST_STEP = 1.0
-"""At most so much between two estimates counts for the rule that led at the first, seconds."""
+"""Longest time between two estimates credited to the rule that led at the first, seconds."""
 
 SATURATED = 0.999
 """A grade of *large* from which on the input counts as fully large, rounding aside."""

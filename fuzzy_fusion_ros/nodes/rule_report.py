@@ -11,13 +11,13 @@ from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.ros.diagnostics import Level, Report, Summary
 
 ENOUGH = 300
-"""Estimates, or predictions, before anything counts as never or always."""
+"""Estimates, or predictions, needed before anything counts as never or always."""
 
 HARDLY = 0.1
 """A grade below which a set has not been of use."""
 
 LONG = 10.0
-"""Seconds of fully large difference after which the sensors disagree beyond reason."""
+"""Seconds of fully large difference after which the disagreement is reported."""
 
 
 class RuleReport:

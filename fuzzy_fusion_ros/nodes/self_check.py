@@ -14,13 +14,13 @@ from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.ros.diagnostics import Level, Report, Summary
 
 FIRST = 10
-"""Reports before the first check, that is seconds: motion takes time."""
+"""Reports (one a second) before the first check: there must be motion to compare."""
 
 CONFIRMED = 20
-"""Reports after which a check that has found something new is repeated, at most."""
+"""Most reports after which a check that has found something new is repeated."""
 
 LONGEST = 60
-"""Reports between two checks in the end; at first they are twice as far apart each time."""
+"""Most reports between two checks; the interval doubles until then."""
 
 
 class SelfCheck:

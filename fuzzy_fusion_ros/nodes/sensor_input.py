@@ -16,7 +16,7 @@ from fuzzy_fusion_ros.parameters.fusion import SensorParameters
 from fuzzy_fusion_ros.ros.clock import NodeTime
 
 RESTARTS_SAID_EVERY = 10.0
-"""Seconds between two lines of a log about timestamps that jump back, at least."""
+"""Shortest time between two log lines about timestamps that jump back, seconds."""
 
 
 class SensorInput:

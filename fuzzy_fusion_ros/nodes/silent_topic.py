@@ -12,7 +12,7 @@ from rclpy.qos import DurabilityPolicy
 from fuzzy_fusion_ros.ros.subscription import RawSubscription
 
 MOST_SIMILAR = 3
-"""Topics that are named at most."""
+"""Most topics that are named."""
 
 
 def reasons(node: Node, subscription: RawSubscription) -> Iterator[str]:

@@ -6,15 +6,15 @@ from __future__ import annotations
 from fuzzy_fusion_ros.online.guard import Guard
 
 NOTICEABLE = 0.25
-"""Seconds: an offset below this is within what clocks and transport do on a robot."""
+"""Seconds: a smaller offset is normal for clocks and transport on a robot."""
 
 SUSPICIOUS = 2.0
-"""Seconds: no sensor's messages are on the way for longer than this."""
+"""Seconds: no sensor's messages take longer than this to arrive."""
 
 STEADY = 0.5
-"""An offset is one of clocks if delays grow by less than this share of it while they are observed.
-They grow in a recording that is played at another rate than its own without ``use_sim_time``: by
-more than the offset, which is between a sensor that is observed for long and one that is not."""
+"""An offset is between clocks if delays grow by less than this share of it while observed.
+In a recording played at another rate without ``use_sim_time`` they grow by more than the offset,
+which is then between a sensor that has been observed for long and one that has not."""
 
 SYNCHRONIZE = "synchronize the clocks that stamp them, or stamp both on receipt"
 """What to do about clocks that are apart."""
@@ -31,9 +31,9 @@ def offset_between(s1: Guard, s2: Guard) -> float | None:
 
 
 def clock_problem(s1: Guard, s2: Guard, s1_timeout: float, s2_timeout: float) -> str:
-    """Describe the offset between the sensors' clocks, ``""`` while it does no harm.
+    """Describe the offset between the sensors' clocks, ``""`` while it is harmless.
 
-    It does where a sensor that is there counts as lost, where stamps arrive before their time,
+    It is not where a sensor that is present counts as lost, where stamps arrive before their time,
     and where a delay is longer than any transport.
 
     Args:

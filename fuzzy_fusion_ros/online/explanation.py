@@ -95,7 +95,7 @@ def _how(parameters: Parameters, fused: Fused) -> str:
     """Return what conditioning makes of S1."""
     rejected = fused.state.sensors.s1.smooth.rejected
     if rejected > 0.0:
-        return f", rejected as a spike for {rejected:.3g} s and carried on"
+        return f", rejected as a spike for {rejected:.3g} s and extrapolated"
     return "" if is_off(parameters.s1) else ", conditioned"
 
 

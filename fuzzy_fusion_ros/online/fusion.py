@@ -21,7 +21,7 @@ from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.self_tuning import estimator_for, in_use
 
 NOTHING_YET = Sample(0, 0.0)
-"""In place of a sample of S2 before there is one."""
+"""Stands for S2 before its first sample."""
 
 
 class Standing(NamedTuple):

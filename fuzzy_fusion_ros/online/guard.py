@@ -15,10 +15,10 @@ from fuzzy_fusion_ros.core.silence import S1_TIMEOUT, followed, timeout_for
 from fuzzy_fusion_ros.parameters.errors import MessageError, StampError
 
 DELAYS = 32
-"""Samples of which it is kept how long after their stamps they arrived."""
+"""Most recent samples whose delay from stamp to arrival is kept."""
 
 FEWEST_DELAYS = 3
-"""Fewer say nothing about a sensor's clock."""
+"""With fewer samples, nothing can be said about a sensor's clock."""
 
 
 class Drop(enum.Enum):

@@ -12,7 +12,7 @@ from fuzzy_fusion_ros.core.estimator import MODE_NAMES
 from fuzzy_fusion_ros.core.numerics import seconds_between
 
 LONGEST = 10.0
-"""Seconds between two estimates that count at most; longer silences belong to no mode."""
+"""Longest time between two estimates that counts, seconds; longer silences belong to no mode."""
 
 
 class ModeShares:

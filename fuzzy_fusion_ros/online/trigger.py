@@ -17,7 +17,7 @@ from fuzzy_fusion_ros.core.silence import S1_TIMEOUT, S2_TIMEOUT, followed, time
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 PENDING = 256
-"""Samples of each sensor that wait for a partner at most; the oldest go first."""
+"""Most samples of each sensor that wait for a partner; the oldest are dropped first."""
 
 
 class Step(NamedTuple):

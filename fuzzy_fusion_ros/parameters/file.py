@@ -152,7 +152,10 @@ def refuse(name: str, value: object, known: Mapping[str, Descriptor]) -> None:
         raise ParameterError(name, _advice(name, known))
     texts = value if isinstance(value, list) else [value]
     if known[name].kind in {str, tuple} and any(isinstance(text, bool) for text in texts):
-        raise ParameterError(name, f"got {value!r}, expected text: quote words like 'y' and 'on'")
+        expected = known[name].range
+        raise ParameterError(
+            name, f"got {value!r}, expected {expected}: quote words like 'y' and 'on'"
+        )
 
 
 def _advice(name: str, known: Mapping[str, Descriptor]) -> str:
@@ -260,7 +263,7 @@ def _parameters_in(path: str | Path, node: Any, prefix: str) -> Iterator[tuple[s
             if {bool, str} <= {type(each) for each in values}:
                 raise ParameterFileError(
                     path,
-                    f"line {value.start_mark.line + 1}: {name}: got {values!r}, expected texts: "
+                    f"line {value.start_mark.line + 1}: {name}: got {values!r}, expected strings: "
                     "quote words like 'y' and 'on'",
                 )
             yield name, values

@@ -84,7 +84,7 @@ class Weights(Group):
 class Drifts(Group):
     """Table 1, drift: what is added in the direction of the signal's motion."""
 
-    small: float = real(0.0, "drift under all other rules", unit="signal")
+    small: float = real(0.0, "drift in all cases but that of drift.large", unit="signal")
     large: float = real(
         0.126, "drift when the difference is small and the rate large", unit="signal"
     )
@@ -303,7 +303,7 @@ class Parameters(ChannelParameters):
     )
     rate: float = real(100.0, "rate of the timer trigger", unit="Hz", low=1e-3, high=1e4)
     future_tolerance: float = real(
-        10.0, "samples stamped further ahead of the clock are dropped", unit="s"
+        10.0, "samples stamped further ahead of the clock than this are dropped", unit="s"
     )
     qos: str = text(
         "sensor_data",

@@ -54,16 +54,16 @@ class Descriptor:
         if self.choices:
             return "one of " + ", ".join(self.choices)
         if self.kind is str:
-            return "text"
+            return "a string"
         if self.kind is tuple:
-            return "a list of texts"
+            return "a list of strings"
         noun = "an integer" if self.kind is int else "a number"
         return f"{noun} from {self.low:g} to {self.high:g}"
 
     def check(self, name: str, value: object) -> Value:
         """Return ``value`` as this parameter's type.
 
-        An integer is accepted where a number is expected, and any list of texts, which ROS leaves
+        An integer is accepted where a number is expected, and any list of strings, which ROS leaves
         unset if it is empty; nothing else is converted.
 
         Raises:

@@ -13,7 +13,7 @@ from fuzzy_fusion_ros.messages import load_message_class
 from fuzzy_fusion_ros.ros.publisher import RecordingPublisher
 
 SETTLED = 0.5
-"""Time for the other end to know us where it cannot ask for what it missed, seconds."""
+"""Time for a peer that cannot request missed messages to discover this node, seconds."""
 
 
 class Source:

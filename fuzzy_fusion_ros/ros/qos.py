@@ -21,10 +21,10 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from fuzzy_fusion_ros.parameters.errors import ParameterError
 
 OUTPUT = QoSProfile(depth=10)
-"""Of everything that is published: reliable, which best-effort subscriptions accept too."""
+"""For all publishers: reliable, which best-effort subscriptions accept too."""
 
 ESTIMATE = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""Of the estimate: those who ask for it get what was published just before they were known."""
+"""For the estimate: late joiners that request it get the last messages published before."""
 
 OVERRIDABLE = QoSOverridingOptions.with_default_policies()
 

@@ -39,7 +39,10 @@ REFUSED_AT_START: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "a list": ({"gate.tolerance": [1.0, 2.0]}, "gate.tolerance: got .*, expected a number"),
     "no choice": ({"trigger": "s2"}, "trigger: got 's2', expected one of s1, pair, timer"),
-    "a word of YAML": ({"s1.field": True}, "s1.field: got True, expected text: quote words like"),
+    "a word of YAML": (
+        {"s1.field": True},
+        "s1.field: got True, expected a string: quote words like",
+    ),
     "a combination": (
         {"aggregator.rate.small": 5.0, "aggregator.rate.large": 4.0},
         "aggregator.rate.small: got 5.0, expected less than large 4.0",

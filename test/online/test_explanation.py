@@ -19,7 +19,7 @@ from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
 
 NUMBER = r"(-?\d[\d.]*(?:e[+-]?\d+)?)"
-HOW = r"(?:, conditioned|, rejected as a spike for \S+ s and carried on)?"
+HOW = r"(?:, conditioned|, rejected as a spike for \S+ s and extrapolated)?"
 BLEND = re.compile(
     rf"{NUMBER} of S1{HOW}, {NUMBER} rad, and {NUMBER} of S2, {NUMBER} rad and "
     rf"{NUMBER} s old(?:, (plus|minus) a drift of {NUMBER} rad)?:"
@@ -235,7 +235,7 @@ def test_a_spike_is_named() -> None:
     parameters = replace(Parameters(), {"s1.spike_threshold": 0.5})
     stream = [("s2", 0.0, 1.0), ("s1", 0.0, 1.0), ("s1", 0.1, 1.0), ("s1", 0.2, 9.0)]
     spike = estimates(parameters, stream)[-1]
-    assert "S1, rejected as a spike for 0.1 s and carried on, 1 m" in explanation(
+    assert "S1, rejected as a spike for 0.1 s and extrapolated, 1 m" in explanation(
         parameters, spike, "m"
     )
 

@@ -147,15 +147,15 @@ REFUSED = {
     ),
     "a word turned into a switch": (
         "/**:\n  ros__parameters: {s1.field: y}\n",
-        "parameter s1.field: got True, expected text: quote words like 'y' and 'on'",
+        "parameter s1.field: got True, expected a string: quote words like 'y' and 'on'",
     ),
     "a name turned into a switch": (
         "/**:\n  ros__parameters: {channels: [x, y, z]}\n",
-        "line 2: channels: got ['x', True, 'z'], expected texts: quote words like 'y' and 'on'",
+        "line 2: channels: got ['x', True, 'z'], expected strings: quote words like 'y' and 'on'",
     ),
     "nothing but a name turned into a switch": (
         "/**:\n  ros__parameters: {channels: [y]}\n",
-        "parameter channels: got [True], expected text: quote words like 'y' and 'on'",
+        "parameter channels: got [True], expected a list of strings: quote words like 'y' and 'on'",
     ),
     "a value for a group": (
         "/**:\n  ros__parameters: {gate: 3.0}\n",

@@ -99,7 +99,7 @@ def test_texts_are_fixed_and_numbers_are_not_unless_said() -> None:
     ("descriptor", "said"),
     [
         (Descriptor(bool, ""), "true or false"),
-        (Descriptor(str, ""), "text"),
+        (Descriptor(str, ""), "a string"),
         (Descriptor(str, "", choices=("a", "b")), "one of a, b"),
         (Descriptor(int, "", low=1, high=9), "an integer from 1 to 9"),
         (Descriptor(float, "", low=0.0, high=1e9), "a number from 0 to 1e+09"),
@@ -128,8 +128,8 @@ def test_what_is_allowed_is_taken(name: str, value: object) -> None:
 @pytest.mark.parametrize(
     ("name", "value", "problem"),
     [
-        ("name", 5, "got 5, expected text"),
-        ("name", None, "got None, expected text"),
+        ("name", 5, "got 5, expected a string"),
+        ("name", None, "got None, expected a string"),
         ("kind", "c", "got 'c', expected one of a, b"),
         ("kind", "", "got '', expected one of a, b"),
         ("count", 0, "got 0, expected an integer from 1 to 9"),

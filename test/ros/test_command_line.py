@@ -42,9 +42,9 @@ REFUSED = {
         ["--ros-args", "--params-file", "/nowhere/p.yaml"],
         "parameter file '/nowhere/p.yaml': cannot be read: No such file",
     ),
-    "no file": (["--ros-args", "--params-file"], "ROS refuses its arguments: failed to initialize"),
-    "half an override": (["--ros-args", "-p"], "ROS refuses its arguments: failed to initialize"),
-    "an unknown ROS argument": (["--ros-args", "--zzz"], "ROS refuses its arguments: "),
+    "no file": (["--ros-args", "--params-file"], "invalid ROS arguments: failed to initialize"),
+    "half an override": (["--ros-args", "-p"], "invalid ROS arguments: failed to initialize"),
+    "an unknown ROS argument": (["--ros-args", "--zzz"], "invalid ROS arguments: "),
     "an unknown type": (
         ["--ros-args", "-p", "s1.type:=std_msgs/msg/Flot64"],
         "message type 'std_msgs/msg/Flot64' is not installed: did you mean std_msgs/msg/Float64?",
@@ -53,7 +53,7 @@ REFUSED = {
         ["--ros-args", "-p", "record:=/tmp"],
         "bag '/tmp' exists: choose another",
     ),
-    "a topic of no name": (["--ros-args", "-r", "s1:=//"], "ROS refuses its arguments: "),
+    "a topic of no name": (["--ros-args", "-r", "s1:=//"], "invalid ROS arguments: "),
 }
 
 
