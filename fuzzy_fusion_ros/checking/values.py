@@ -183,7 +183,7 @@ def outliers_of(values: Reals) -> Outliers:
 
 
 def _in_short_runs(flags: Flags, longest: int) -> Flags:
-    """Return flags without those of which more than so many are in a row."""
+    """Return a copy of the flags in which every run longer than ``longest`` is cleared."""
     edges = np.flatnonzero(np.diff(flags, prepend=False, append=False))
     starts, ends = edges[::2], edges[1::2]
     kept = flags.copy()

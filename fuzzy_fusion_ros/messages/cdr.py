@@ -17,21 +17,21 @@ from fuzzy_fusion_ros.core.numerics import SECOND_NS
 from fuzzy_fusion_ros.parameters.errors import MessageError
 
 ORIGIN = 4
-"""Bytes of encapsulation header; alignment counts from behind it."""
+"""Bytes of encapsulation header; alignment counts from its end."""
 
 LITTLE_ENDIAN = b"\x00\x01\x00\x00"
 ORDERS = {b"\x00\x01": "<", b"\x00\x00": ">"}
 """Byte orders, as :mod:`struct` writes them, by how messages begin."""
 
 PADDING_BYTES = 3
-"""What may lie behind a message: the payload is padded to a multiple of four."""
+"""Most bytes that may follow a message: the payload is padded to a multiple of four."""
 
 EMPTY_ARRAY_BYTES = 8
-"""What rclpy may leave behind a message for each empty array in it: it sizes its memory as if
-the elements of such an array were to be aligned, but hands all of it out."""
+"""Most bytes that rclpy may append to a message for each empty array in it: it sizes the buffer as
+if the elements of such an array were aligned, but returns all of it."""
 
 LARGEST = 64 << 20
-"""Bytes of a message that is made here."""
+"""Most bytes of a message that is created here."""
 
 FORMATS = {
     "bool": "?",

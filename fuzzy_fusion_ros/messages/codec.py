@@ -119,8 +119,8 @@ class ScalarCodec:
     def place(self, data: bytes) -> Place:
         """Return where stamp and numbers are in a message.
 
-        They are there in every message of the same size and byte order in which all texts and
-        arrays are as long, unless the path looks up a name.
+        The same holds for every message of the same size and byte order whose strings and arrays
+        have the same lengths, unless the path looks up a name.
 
         Raises:
             MessageError: It lacks the element, or is not a message of the type.
@@ -329,7 +329,7 @@ def _is_time(types: TypeDescriptions, field: FieldType) -> bool:
 
 
 def _slack(types: TypeDescriptions, type_name: str) -> float:
-    """Return how many bytes may lie behind a message; where arrays nest, any number."""
+    """Return how many bytes may follow a message; any number where arrays are nested."""
     slack = float(PADDING_BYTES)
     for field in types.fields(type_name).values():
         if field.is_array and field.is_message:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The numbers of many messages of one type, as arrays.
 
-Messages in which all texts and arrays are as long have every number in the same place, and most
-messages of a topic are such. They are put in rows, of which each number is a column.
+Messages whose strings and arrays have equal lengths have every number in the same place, and most
+messages of a topic do. They are stacked as rows, so that each number is a column.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from fuzzy_fusion_ros.messages.gather import gathered
 from fuzzy_fusion_ros.parameters.errors import MessageError, StampError
 
 MOST_LAYOUTS = 16
-"""Combinations of lengths of texts and arrays whose messages are put in rows."""
+"""Most combinations of lengths of strings and arrays whose messages are stacked as rows."""
 
 MOST_LENGTHS = 64
-"""Messages with more texts and arrays are read one by one."""
+"""Messages with more strings and arrays are read one by one."""
 
 
 class Columns(NamedTuple):

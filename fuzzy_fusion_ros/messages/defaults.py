@@ -9,7 +9,7 @@ from fuzzy_fusion_ros.messages.type_fields import FieldType, TypeDescriptions
 HEADER = "std_msgs/msg/Header"
 
 _DEFAULTS = {("geometry_msgs/msg/Quaternion", "w"): 1.0}
-"""Numbers of ROS' common types that are not zero at first: a blank pose is turned by nothing."""
+"""Non-zero defaults of common ROS types: a default pose has the identity rotation."""
 
 
 def default_message(types: TypeDescriptions, type_name: str, frame: str = "") -> bytes:

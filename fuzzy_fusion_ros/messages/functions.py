@@ -142,22 +142,22 @@ def _turned(legs: Numbers, value: float) -> Numbers:
 
 
 SEA_LEVEL = 101325.0
-"""Pa, of the ICAO standard atmosphere,"""
+"""Pressure at sea level in the ICAO standard atmosphere, Pa."""
 
 SCALE_HEIGHT = 288.15 / 0.0065
-"""m: its temperature there by its fall with the altitude,"""
+"""Temperature at sea level over the lapse rate, m."""
 
 EXPONENT = 8.31432 * 0.0065 / (9.80665 * 0.0289644)
-"""and what the share of pressure is raised to for the share of temperature."""
+"""Power of the pressure ratio that gives the temperature ratio."""
 
 TROPOPAUSE = 11000.0
-"""m: where it stops to fall;"""
+"""Altitude at which the temperature stops falling, m."""
 
 TROPOPAUSE_PRESSURE = SEA_LEVEL * math.pow(1.0 - TROPOPAUSE / SCALE_HEIGHT, 1.0 / EXPONENT)
-"""Pa, there;"""
+"""Pressure at the tropopause, Pa."""
 
 UPPER_SCALE_HEIGHT = 8.31432 * 216.65 / (9.80665 * 0.0289644)
-"""m: above, pressure falls by e in each such step, up to 20 km."""
+"""Above the tropopause, up to 20 km, pressure falls by a factor of e per this height, m."""
 
 
 def altitude_of(pressure: float) -> float:

@@ -46,7 +46,7 @@ ANGLES = set(Angles._fields)
 """Functions that replace one angle of an orientation and keep the others."""
 
 SENTENCE = "explanation"
-"""The topic that says the same in words; ``explain`` says it of any bag, so none holds it."""
+"""The topic that explains estimates in words. Not recorded: ``explain`` gives it for any bag."""
 
 
 def point_template(types: TypeDescriptions, frame: str = "") -> Template:
@@ -216,7 +216,7 @@ class EstimateMessages:
         """Return the messages of many estimates; ``None`` if they must be made one by one.
 
         Args:
-            s2: The newest message of S2 at each, all laid out alike, shape (n, bytes), n at least
+            s2: The newest message of S2 at each, all with one layout, shape (n, bytes), n at least
                 1; of no bytes where there is none yet.
             values: The estimates, shape (n,).
             stamps_ns: Their stamps, shape (n,), nanoseconds.

@@ -93,7 +93,7 @@ class Bulk:
 
         Args:
             block: Messages of any topics.
-            live: The fusion so far; it goes on from behind the block.
+            live: The fusion so far; it continues after the block.
             modes: The time in each mode so far.
         """
         parameters, topics = self._parameters, self._topics
