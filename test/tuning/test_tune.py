@@ -595,6 +595,10 @@ def test_the_standard_deviation_is_for_the_worst_part(recording: Made) -> None:
     error = error_of(problem, fitted)
     assert doubled.estimate.deviation_scale == pytest.approx(2.0 * fitted.estimate.deviation_scale)
     assert doubled.s1.noise == fitted.s1.noise <= 4.0 * error
+    trace = run(fusion(fitted), series)
+    known = problem.counted & (trace.standard_deviation > 0.0)
+    sizes = (trace.value - truth)[known] / trace.standard_deviation[known]
+    assert np.sqrt(np.mean(sizes**2)) == pytest.approx(1.0)
 
 
 def test_the_predictor_is_taken_only_where_it_helps() -> None:
