@@ -74,6 +74,6 @@ def _context_for(arguments: Sequence[str]) -> Context:
         rclpy_implementation.RCLInvalidROSArgsError,
         rclpy_implementation.UnknownROSArgsError,
     ) as error:
-        raise ArgumentError(f"invalid ROS arguments:  {error}") from None
+        raise ArgumentError(f"invalid ROS arguments: {error}") from None
     set_logger_level("rcl", LoggingSeverity.UNSET)
     return context
