@@ -94,7 +94,7 @@ def run_action(folder: Path, **inputs: str) -> subprocess.CompletedProcess[str]:
     values = {name: each.get("default", "") for name, each in action["inputs"].items()} | inputs
     step = action["runs"]["steps"][-1]
     variables = {
-        name: values[re.fullmatch(r"\$\{\{ inputs\.(\w+) \}\}", text)[1]]  # type: ignore[index]
+        name: values[text.removeprefix("${{ inputs.").removesuffix(" }}")]
         for name, text in step["env"].items()
     }
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"

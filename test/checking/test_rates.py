@@ -28,7 +28,7 @@ BOUNDS = {
     "exchanged": ONE_MOTION_HIDES_IT,
     "s1 stuck": ONE_MOTION_HIDES_IT,
     "s1 stuck in the second half": ONE_MOTION_HIDES_IT,
-    # Two slow motions are alike by chance, and then, one pair in ten, through a sign or a rate.
+    # Two slow motions can match by chance; one pair in ten then matches through a sign or a rate.
     "unrelated": (PAIRS // 2 + 1, PAIRS // 10),
 }
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -155,6 +156,10 @@ def test_the_number_is_followed_through_messages_of_any_layout(harness: Harness)
     s1, s2 = harness.publisher("/s1"), harness.publisher("/s2", kind)
     estimates = harness.record("/estimate", kind, ESTIMATE)
     harness.spin_until_matched(s1, s2)
+
+    def has_come(k: int) -> bool:
+        return len(estimates) > k
+
     for k, names in enumerate(JOINTS):
         positions = [2.0 if each == "pole" else 7.0 for each in names]
         message = stamped(kind, 5.0 + k, name=names, position=positions, velocity=k * [1.0])
@@ -162,7 +167,7 @@ def test_the_number_is_followed_through_messages_of_any_layout(harness: Harness)
         point = stamped("geometry_msgs/msg/PointStamped", 5.0 + k)
         point.point.x = 2.0
         s1.publish(point)
-        harness.spin_until(lambda k=k: len(estimates) > k)  # type: ignore[misc]
+        harness.spin_until(functools.partial(has_come, k))
         assert estimates[k] == message
     s2.publish(stamped(kind, 9.0, name=["wheel"], position=[7.0]))
     s2.publish(stamped(kind, 10.0, name=["pole", "wheel"], position=[3.0, 7.0]))

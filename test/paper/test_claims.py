@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import pytest
 from paper.outcomes import IAE, Change, outcomes, unchanged
@@ -46,11 +47,11 @@ def where(condition: dict[str, object], **changes: object) -> Change:
         known = {"method": outcome.method, **outcome.point._asdict()}
         if any(known[name] != value for name, value in condition.items()):
             return outcome
-        new = {
+        new: dict[str, Any] = {
             name: value(getattr(outcome, name)) if callable(value) else value
             for name, value in changes.items()
         }
-        return outcome._replace(**new)  # type: ignore[arg-type]
+        return outcome._replace(**new)
 
     return change
 

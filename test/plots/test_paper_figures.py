@@ -15,7 +15,7 @@ from paper.outcomes import IAE, SEEDS, outcomes
 
 from fuzzy_fusion_ros.paper.methods import METHODS, contenders
 from fuzzy_fusion_ros.paper.results import Results
-from fuzzy_fusion_ros.paper.sweep import NOMINAL, SWEEPS, points_of, simulate_at
+from fuzzy_fusion_ros.paper.sweep import NOMINAL, SWEEPS, Outcome, points_of, simulate_at
 from fuzzy_fusion_ros.paper.tables import (
     FIGURES,
     INSIDE,
@@ -45,7 +45,7 @@ def runs() -> dict[str, Run]:
 def results() -> Results:
     """Made-up results of which some S2 runs fell."""
 
-    def fallen(outcome):  # type: ignore[no-untyped-def]
+    def fallen(outcome: Outcome) -> Outcome:
         return outcome._replace(fell=outcome.method == "s2" and outcome.point.tau2 > 0.22)
 
     return Results(outcomes(fallen))

@@ -34,7 +34,8 @@ def score(tmp_path: Path) -> Score:
 
 def size_of(path: Path) -> tuple[int, int]:
     """Return width and height of a PNG."""
-    return struct.unpack(">II", path.read_bytes()[16:24])  # type: ignore[return-value]
+    width, height = struct.unpack(">II", path.read_bytes()[16:24])
+    return width, height
 
 
 def test_a_file_is_drawn_at_twice_the_width_shown(score: Score, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -103,7 +104,7 @@ def run(
             values.append(value)
         push = -5.0 if 2500 <= k < 2510 else 0.0
         total = force + push
-        state = runge_kutta(lambda x, f=total: pendulum(x, f), state, SAMPLE_TIME)  # type: ignore[misc]
+        state = runge_kutta(functools.partial(pendulum, force=total), state, SAMPLE_TIME)
         lagged += (1 - math.exp(-SAMPLE_TIME / s2_lag)) * (state[0] - lagged)
     return outcome
 

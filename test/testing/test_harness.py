@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import signal
 import subprocess
@@ -44,18 +45,22 @@ def test_a_closed_graph_is_silent_even_if_someone_keeps_it() -> None:
             late = harness.record("/estimate", qos=ESTIMATE)
             assert feed(0.0, s1=value, s2=value) == value
             kept += [harness, node, feed]
-            harness.spin_until(lambda late=late: late)  # type: ignore[misc]
+            harness.spin_until(functools.partial(bool, late))
             assert [message.point.x for message in late] == [value]
 
 
 def test_a_removed_node_makes_room_for_one_of_its_name() -> None:
     with Harness() as harness:
         log = harness.record("/rosout", "rcl_interfaces/msg/Log")
+
+        def is_heard(text: str) -> bool:
+            return text in [message.msg for message in log]
+
         for k in range(3):
             node = harness.fusion_node()
             harness.spin_until(lambda: harness.node.count_publishers("/rosout"))
             node.log.info(f"{k} is heard")
-            harness.spin_until(lambda k=k: f"{k} is heard" in [m.msg for m in log])  # type: ignore[misc]
+            harness.spin_until(functools.partial(is_heard, f"{k} is heard"))
             harness.remove(node)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from tuning.recordings import Sensors, made
 
+from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.batch.series import held_s2
 from fuzzy_fusion_ros.tuning import characterise, reference_without_truth
 from fuzzy_fusion_ros.tuning.reference import in_gaps
@@ -27,7 +28,7 @@ def test_it_is_near_the_truth(sensors: Sensors) -> None:
     known = series.s2_known > 0
     found = reference_without_truth(series, characterise(series))
 
-    def error(values: np.ndarray) -> float:  # type: ignore[type-arg]
+    def error(values: Reals) -> float:
         return float(np.sqrt(np.mean(np.square((values - truth)[known]))))
 
     assert error(found) < 0.6 * min(error(series.s1), error(held_s2(series)))
