@@ -87,6 +87,9 @@ OTHER_MOVES = (1.0, 2.0)
 COPIED = 0.99
 """Share of samples that both sensors have in common from which on they are one sensor."""
 
+MOST_PERIODS = 8
+"""In a turn: lines have two periods, the edges of a square four."""
+
 WHOLE = 0.01
 """A period divides a turn if their ratio is this close to a whole number: 3.14 is meant as pi."""
 
@@ -102,7 +105,7 @@ def same_source(sensors: TwoSensors) -> list[Finding]:
             Finding(Level.ERROR, "same topic", text, {}, "set --s1 and --s2 to different sensors")
         ]
     fewer, more = sorted((s2, s1), key=lambda each: each.values.size)
-    if fewer.values.size == 0 or np.ptp(fewer.values) == 0.0:
+    if fewer.values.size == 0 or fewer.values.min() == fewer.values.max():
         return []
     order = np.argsort(more.stamps_ns, kind="stable")
     place = np.searchsorted(more.stamps_ns[order], fewer.stamps_ns)
@@ -153,7 +156,8 @@ def period_of(sensors: TwoSensors) -> float:
         return sensors.period
     turn = TURNS[unit]
     periods = turn / sensors.period
-    return sensors.period if abs(periods - max(round(periods), 1)) < WHOLE else turn
+    whole = min(max(round(periods), 1), MOST_PERIODS)
+    return sensors.period if abs(periods - whole) < WHOLE else turn
 
 
 def _angle(sensors: TwoSensors) -> tuple[str, str]:

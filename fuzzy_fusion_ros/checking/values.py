@@ -148,11 +148,14 @@ class Outliers(NamedTuple):
 
     Attributes:
         which: Which they are, shape (n,).
+        last: Those of them in which the samples end, without others as far before: they may stay,
+            shape (n,).
         others: How far from the median the others are at most.
         factor: The outliers are further than the others by more than this.
     """
 
     which: Flags
+    last: Flags
     others: float
     factor: float
 
@@ -160,8 +163,7 @@ class Outliers(NamedTuple):
 def outliers_of(values: Reals) -> Outliers:
     """Return outliers: few samples that are far from all others, and after which these go on.
 
-    A movement from rest passes: it goes through the values between, or stays. One that the samples
-    end in may stay, and passes unless there have been others as far.
+    A movement from rest is none: it goes through the values between, or stays.
 
     Args:
         values: Finite, shape (n,).
@@ -171,15 +173,18 @@ def outliers_of(values: Reals) -> Outliers:
     most = max(1, min(count, int(largest_share * n)), int(share * n))
     factor = FAR * max(1.0, ENOUGH / max(n, 1))
     if n <= most + 1:
-        return Outliers(np.zeros(n, np.bool_), math.inf, factor)
+        nothing = np.zeros(n, np.bool_)
+        return Outliers(nothing, nothing, math.inf, factor)
     distance = np.abs(values - np.median(values))
     usual = np.partition(distance, n - 1 - most)[n - 1 - most]
     far = _in_short_runs(distance > factor * usual, max(1, n // ENOUGH))
     others = float(distance[~far].max())
     which = far & (distance > factor * others) & (others > 0.0)
-    last = np.flatnonzero(~which)[-1] + 1
-    which[last:] &= distance[last:] >= distance[:last][which[:last]].min(initial=math.inf)
-    return Outliers(which, others, factor)
+    end = np.flatnonzero(~which)[-1] + 1
+    last = which.copy()
+    last[:end] = False
+    last &= distance < distance[:end][which[:end]].min(initial=math.inf)
+    return Outliers(which, last, others, factor)
 
 
 def _in_short_runs(flags: Flags, longest: int) -> Flags:
@@ -227,15 +232,18 @@ def judge_values(
     """
     name, n = samples.name, samples.values.size
     finite = samples.kept(np.isfinite(samples.values))
-    values = finite.values
+    values = np.clip(finite.values, -LARGEST, LARGEST)  # differences at the limit overflow
     findings = []
     if values.size < n:
         text = f"{n - values.size} of {n} samples of {name} are dropped: {Drop.NOT_FINITE.value}"
         findings.append(Finding(Level.WARNING, "not finite", text, {}))
     outliers = outliers_of(values)
-    if outliers.which.any():
+    lasting = finite.kept(outliers.last)
+    if lasting.values.size:
+        findings.append(_may_stay(lasting, values.size, outliers.factor))
+    if lasting.values.size < np.count_nonzero(outliers.which):
         findings.append(_outliers(finite, outliers, start_ns, is_rate=is_rate))
-        values = _without(outliers.which, values)
+    values = _without(outliers.which, values)
     wrap = Wrap(0.0, 0) if is_known else wrap_of(values)
     if wrap.jumps:
         text = f"{name} wraps: it jumps by {PERIODS[wrap.period]}, {wrap.jumps} times"
@@ -261,10 +269,19 @@ def _without(spikes: Flags, values: Reals) -> Reals:
     return np.interp(places, places[~spikes], values[~spikes])
 
 
+def _may_stay(last: SensorSamples, of: int, factor: float) -> Finding:
+    largest = last.values[np.argmax(np.abs(last.values))]
+    text = (
+        f"{last.name} ends far off: {last.values.size} of {of} samples, up to {largest:.3g}, over "
+        f"{factor:.3g} times as far from the median as any other: a step, or garbage"
+    )
+    return Finding(Level.INFO, "last samples", text, {})
+
+
 def _outliers(
     samples: SensorSamples, outliers: Outliers, start_ns: int, *, is_rate: bool
 ) -> Finding:
-    found = samples.kept(outliers.which)
+    found = samples.kept(outliers.which & ~outliers.last)
     count, of = found.values.size, samples.values.size
     largest = found.values[np.argmax(np.abs(found.values))]
     at_s = (int(found.arrivals_ns[0]) - start_ns) * 1e-9

@@ -10,6 +10,7 @@ import pytest
 from checking.made import START_NS, both, only, sensor
 
 from fuzzy_fusion_ros.batch.arrays import Reals
+from fuzzy_fusion_ros.checking import pair
 from fuzzy_fusion_ros.checking.check import Check, check
 from fuzzy_fusion_ros.checking.finding import Level
 from fuzzy_fusion_ros.checking.relation import Kind
@@ -515,3 +516,27 @@ def test_values_at_the_limit_of_numbers_are_refused_too() -> None:
     huge = 1.7e308 * np.where(np.arange(T1.size) % 2, 1.0, -1.0)
     found = both(sensor("s1", T1, huge), sensor("s2", T2, motion(T2)))
     assert [each.about for each in found.findings] == ["overflow"]
+    few = np.where(np.arange(T2.size) < 2, 1.7e308 * (-1.0) ** np.arange(T2.size), motion(T2))
+    with np.errstate(over="raise"):
+        found = both(sensor("s1", T1, huge), sensor("s2", T2, few))
+    assert {each.about for each in found.findings} == {"overflow"}
+
+
+@pytest.mark.parametrize(
+    ("period", "named"),
+    [
+        (360.0, False),
+        (180.0, False),
+        (90.0, False),
+        (6.0, True),
+        (3.0, True),
+        (1.0, True),
+        (1e-9, True),
+    ],
+)
+def test_a_turn_has_few_periods(period: float, named: bool) -> None:
+    angle = 100.0 * motion(T1)
+    s1, s2 = (sensor(name, T1, angle, unit="deg") for name in ("s1", "s2"))
+    sensors = TwoSensors(s1, s2, START_NS, period)
+    assert (pair.period_of(sensors) == 360.0) == (named or period == 360.0)
+    assert bool(pair.wrong_period(sensors)) is named
