@@ -114,9 +114,10 @@ def _so_far(complete: Sequence[str], unfinished: Iterable[Interrupted], of: int)
     """Return what is complete and what is not, as a text if there is anything to say."""
     parts = [each.so_far for each in unfinished if each.so_far]
     if of > 1:
-        names = ", ".join(complete) if len(complete) <= MOST_NAMED else f"up to {complete[-1]}"
+        more = [f"{len(complete) - MOST_NAMED} more"] if len(complete) > MOST_NAMED else []
+        names = ", ".join([*complete[:MOST_NAMED], *more])
         named = f" ({names})" if complete else ""
-        parts.insert(0, f"{len(complete)} of {of} bags are complete{named}")
+        parts.insert(0, f"{len(complete)} of {of} bags are done{named}")
     return ["; ".join(parts)] if parts else []
 
 

@@ -30,6 +30,13 @@ from fuzzy_fusion_ros.parameters.errors import FusionError
 T = TypeVar("T")
 R = TypeVar("R")
 
+STOP = getattr(signal, "SIGUSR1", signal.SIGINT)
+"""Interrupts a task in a process; not what a terminal or ``timeout`` sends to all processes alike:
+what that means is for this one to decide."""
+
+GRACE = 5.0
+"""Seconds from SIGTERM to the end of a process: time to close files, not to wait for others."""
+
 POLL = 0.1
 """Seconds between looks at a parent that ends."""
 
@@ -148,7 +155,8 @@ def _serve(stop: Connection) -> None:
     Args:
         stop: At its end, which the end of the parent is, too, the task is interrupted.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for each in (signal.SIGINT, STOP):
+        signal.signal(each, signal.SIG_IGN)
     threading.Thread(target=_watch, args=(stop,), daemon=True).start()
 
 
@@ -157,7 +165,7 @@ def _watch(stop: Connection) -> None:
         stop.recv()
     parent = multiprocessing.parent_process()
     while parent is not None and parent.is_alive():
-        os.kill(os.getpid(), signal.SIGINT)  # the next task as well, which may be under way already
+        os.kill(os.getpid(), STOP)  # the next task as well, which may be under way already
         parent.join(POLL)
     os._exit(1)
 
@@ -165,17 +173,27 @@ def _watch(stop: Connection) -> None:
 def _interruptible(
     guarded: Callable[[T], R | Failure | Interrupted], item: T
 ) -> R | Failure | Interrupted:
-    """Run a task in a process of ours, whose first SIGINT interrupts it."""
-    signal.signal(signal.SIGINT, _interrupt)
+    """Run a task in a process of ours, which the first ``STOP`` or SIGTERM interrupts."""
+    signal.signal(STOP, _interrupt)
+    signal.signal(signal.SIGTERM, _terminate)
     try:
         return guarded(item)
     finally:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.signal(STOP, signal.SIG_IGN)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 def _interrupt(*_: object) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(STOP, signal.SIG_IGN)
     raise KeyboardInterrupt
+
+
+def _terminate(*_: object) -> None:
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    ending = threading.Timer(GRACE, os._exit, (1,))
+    ending.daemon = True
+    ending.start()
+    _interrupt()
 
 
 @contextmanager

@@ -79,7 +79,7 @@ def test_an_interrupt_says_which_of_several_bags_are_complete(
     out = tmp_path / "out"
     assert main([*names, "--output", str(out)]) == 130
     assert capsys.readouterr().err == (
-        f"replay: interrupted: 1 of 3 bags are complete ({out / 'a_replay'}); "
+        f"replay: interrupted: 1 of 3 bags are done ({out / 'a_replay'}); "
         f"{out / 'b_replay'} holds the first 2.0 s of 4.0 s\n"
     )
     assert sorted(each.name for each in out.iterdir()) == ["a_replay", "b_replay"]

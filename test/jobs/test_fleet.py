@@ -168,9 +168,16 @@ def waits_for(folder: Path, *numbers: int) -> list[int]:
     return [int(each.name.split("_")[2]) for (each,) in found]
 
 
-def test_an_interrupt_of_this_process_is_one_of_all(tmp_path: Path) -> None:
+@pytest.mark.parametrize("others", [None, signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_of_this_process_is_one_of_all(
+    tmp_path: Path, others: signal.Signals | None
+) -> None:
+    """Also where the processes get a signal themselves, as from a terminal."""
+
     def interrupt() -> None:
-        waits_for(tmp_path, 1, 3)
+        workers = waits_for(tmp_path, 1, 3)
+        for each in workers if others else ():
+            os.kill(each, others)
         os.kill(os.getpid(), signal.SIGINT)
 
     threading.Thread(target=interrupt).start()
@@ -180,6 +187,24 @@ def test_an_interrupt_of_this_process_is_one_of_all(tmp_path: Path) -> None:
     assert found[:3] == [4, Interrupted("1 has waited"), Interrupted("3 has waited")]
     for number, last in zip((5, 7), found[3:], strict=True):  # they may just have begun
         assert last in {Interrupted(""), Interrupted(f"{number} has waited")}
+
+
+def test_what_this_process_ignores_interrupts_no_task(tmp_path: Path) -> None:
+    """SIGINT to all processes of a terminal, where a shell has started this one without."""
+    os.mkfifo(tmp_path / "gate")
+    started = tmp_path / "started"
+    started.touch()
+
+    def signal_all() -> None:
+        wait_until(lambda: len(started.read_text().split()) == 2, "both tasks")
+        for each in started.read_text().split():
+            os.kill(int(each), signal.SIGINT)
+        gates.append(os.open(tmp_path / "gate", os.O_RDWR))
+
+    gates: list[int] = []
+    threading.Thread(target=signal_all).start()
+    assert list(outcomes(gated, [(2, str(tmp_path)), (3, str(tmp_path))], jobs=2)) == [4, 9]
+    os.close(gates[0])
 
 
 def test_after_an_interrupt_in_this_process_no_task_begins(tmp_path: Path) -> None:
