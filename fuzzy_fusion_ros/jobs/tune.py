@@ -7,6 +7,7 @@ import functools
 from collections.abc import Sequence
 from contextlib import closing
 from itertools import islice
+from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
 
@@ -42,6 +43,9 @@ _NAMED = 5
 
 _ENOUGH = 10
 """Messages of S1, S2 and truth that a part of a bag has at least if it is worth scoring."""
+
+_LONG_ENOUGH = 0.1
+"""Length of what is worth scoring of what was left out of a fit, as a share of what was not."""
 
 Span = tuple[float | None, float | None]
 """Start and end, seconds from the first message of a bag; ``None`` is no limit."""
@@ -261,15 +265,28 @@ def _read(
 
 
 def _to_score(bag: BagReader, topics: Topics, start: float | None, end: float | None) -> list[Span]:
-    """Return the spans of a bag that can be scored, those that are not fitted to first."""
-    after = [] if end is None else [(end, None)]
-    before = [] if start is None else [(None, start)]
-    names = (topics.s1, topics.s2, topics.truth)
-    return [
+    """Return the spans of a bag that can be scored, those that are not fitted to first.
+
+    Of these the longest comes first, and each has messages in its second half.
+    """
+    length = ((bag.end_ns or 0) - (bag.start_ns or 0)) * 1e-9
+    first, last = start or 0.0, length if end is None else end
+    least = _LONG_ENOUGH * (min(last, length) - first)
+
+    def has_enough(begin: float | None, finish: float | None) -> bool:
+        return all(
+            len(list(islice(bag.messages([each], begin, finish), _ENOUGH))) == _ENOUGH
+            for each in (topics.s1, topics.s2, topics.truth)
+        )
+
+    before: tuple[float, float, Span] = (first, 0.5 * first, (None, start))
+    after: tuple[float, float, Span] = (length - last, 0.5 * (last + length), (end, None))
+    left_out = [
         span
-        for span in [*after, *before, (start, end)]
-        if all(len(list(islice(bag.messages([each], *span), _ENOUGH))) == _ENOUGH for each in names)
+        for duration, middle, span in sorted((after, before), key=itemgetter(0), reverse=True)
+        if duration > least and has_enough(middle, span[1])
     ]
+    return left_out + ([(start, end)] if has_enough(start, end) else [])
 
 
 def _usable(
