@@ -132,6 +132,7 @@ def test_a_truth_may_be_ignored_or_missing(
     [
         ("--start 1 --end 15", "--start 15"),
         ("--start 8", "--end 8"),
+        ("--start 8 --end 15", "--end 8"),  # the longer part
         ("--start 0.1", "--start 0.1"),  # nothing to speak of is left out
         ("--end 19.9 --no-truth", "--end 19.9"),
         ("", ""),
