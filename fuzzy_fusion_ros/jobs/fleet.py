@@ -174,18 +174,29 @@ def _interruptible(
     guarded: Callable[[T], R | Failure | Interrupted], item: T
 ) -> R | Failure | Interrupted:
     """Run a task in a process of ours, which the first ``STOP`` or SIGTERM interrupts."""
-    signal.signal(STOP, _interrupt)
-    signal.signal(signal.SIGTERM, _terminate)
     try:
-        return guarded(item)
+        signal.signal(STOP, _interrupt)
+        signal.signal(signal.SIGTERM, _terminate)
+        outcome = guarded(item)
+        signal.signal(STOP, _ignore)
+    except BaseException:  # what an interrupt becomes at a task's edge, or in a lock's wait
+        if signal.getsignal(STOP) is _interrupt:
+            raise
+        outcome = Interrupted("")
     finally:
-        signal.signal(STOP, signal.SIG_IGN)
+        signal.signal(STOP, _ignore)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    return outcome
 
 
 def _interrupt(*_: object) -> None:
-    signal.signal(STOP, signal.SIG_IGN)
-    raise KeyboardInterrupt
+    if signal.getsignal(STOP) is _interrupt:  # a second one would tear what unwinds
+        signal.signal(STOP, _ignore)
+        raise KeyboardInterrupt
+
+
+def _ignore(*_: object) -> None:
+    """Unlike ``SIG_IGN``, also of a signal that has come already."""
 
 
 def _terminate(*_: object) -> None:

@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 import os
-import threading
+import signal
+import time
 from pathlib import Path
 
+from fuzzy_fusion_ros.jobs.fleet import STOP
 from fuzzy_fusion_ros.parameters.errors import FusionError
 
 
@@ -34,10 +36,32 @@ def waiting(item: tuple[int, str]) -> int:
     if number % 2:
         try:
             Path(folder, f"waits_{number}_{os.getpid()}").touch()
-            threading.Event().wait()
+            time.sleep(3600)
         except KeyboardInterrupt:
             raise KeyboardInterrupt(f"{number} has waited") from None
     return number * number
+
+
+def interrupted_twice(_: int) -> None:
+    """Get both signals that interrupt a task at once; unwind."""
+    both = {STOP, signal.SIGTERM}
+    signal.pthread_sigmask(signal.SIG_BLOCK, both)
+    for each in both:
+        signal.raise_signal(each)  # to this thread
+    try:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, both)
+        time.sleep(3600)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt("unwound") from None
+
+
+def lost_in_a_lock(_: int) -> None:
+    """Get the signal that interrupts a task where it becomes another error, which it does."""
+    try:
+        os.kill(os.getpid(), STOP)
+        time.sleep(3600)
+    except KeyboardInterrupt:
+        raise RuntimeError("release unlocked lock") from None
 
 
 def noted(item: tuple[int, str]) -> int:

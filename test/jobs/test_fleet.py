@@ -17,7 +17,14 @@ from typing import Any
 import pytest
 from bag.recorded import swing, write_scalars
 from faults.waiting import wait_until
-from jobs.fleet_tasks import gated, noted, square, waiting
+from jobs.fleet_tasks import (
+    gated,
+    interrupted_twice,
+    lost_in_a_lock,
+    noted,
+    square,
+    waiting,
+)
 
 from fuzzy_fusion_ros.cli.score import main as score
 from fuzzy_fusion_ros.jobs.fleet import Failure, Interrupted, outcomes
@@ -187,6 +194,16 @@ def test_an_interrupt_of_this_process_is_one_of_all(
     assert found[:3] == [4, Interrupted("1 has waited"), Interrupted("3 has waited")]
     for number, last in zip((5, 7), found[3:], strict=True):  # they may just have begun
         assert last in {Interrupted(""), Interrupted(f"{number} has waited")}
+
+
+def test_a_task_is_interrupted_once() -> None:
+    """Also where both signals come: a second would tear what the first one unwinds."""
+    assert list(outcomes(interrupted_twice, [1, 2], jobs=2)) == [Interrupted("unwound")] * 2
+
+
+def test_whatever_an_interrupt_becomes_is_one() -> None:
+    """As in a lock's wait, which it can leave without the lock."""
+    assert list(outcomes(lost_in_a_lock, [1, 2], jobs=2)) == [Interrupted("")] * 2
 
 
 def test_what_this_process_ignores_interrupts_no_task(tmp_path: Path) -> None:
