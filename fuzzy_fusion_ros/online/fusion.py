@@ -58,7 +58,7 @@ class Fusion:
         Raises:
             ParameterError: The parameters are those of several channels.
         """
-        parameters = parameters.channel("")
+        self._parameters = parameters = parameters.channel("")
         self._intake = Intake(parameters)
         self._estimator = estimator_for(parameters)
         self._state: Any = self._estimator.initial_state(parameters)
@@ -79,12 +79,12 @@ class Fusion:
     @property
     def parameters(self) -> Parameters:
         """The parameters; assign new ones to use them from the next sample on."""
-        return self._intake.parameters
+        return self._parameters
 
     @parameters.setter
     def parameters(self, parameters: Parameters) -> None:
-        other_rules = first_rules(parameters) != first_rules(self.parameters)
-        self._intake.parameters = parameters
+        other_rules = first_rules(parameters) != first_rules(self._parameters)
+        self._parameters = self._intake.parameters = parameters
         if other_rules:
             fresh = self._estimator.initial_state(parameters).predictor
             self._state = self._state._replace(predictor=fresh)
@@ -167,29 +167,29 @@ class Fusion:
 
     def _follow(self, verdict: Verdict) -> Verdict:
         """Do the steps of a verdict and add the estimates."""
-        if verdict.restarted:
+        admitted, drop, restarted, steps, _ = verdict
+        if restarted:
             self.restarts += 1
             self._clear()
         if self._state.started_ns == 0:
             self._state = self._state._replace(started_ns=self.s1.first_ns)
-        estimates = tuple([fused for each in verdict.steps for fused in self._do(each)])
-        return Verdict(verdict.admitted, verdict.drop, verdict.restarted, verdict.steps, estimates)
+        estimates = tuple([fused for each in steps for fused in self._do(each)])
+        return Verdict(admitted, drop, restarted, steps, estimates)
 
     def _do(self, step: Step) -> tuple[Fused, ...]:
-        if step.s2 is not None:
-            self._s2 = step.s2
-            self._state = self._estimator.observe_s2(
-                self.parameters, self._state, step.s2.stamp_ns, step.s2.value
-            )
-        if step.s1 is not None:
+        parameters = self._parameters
+        s2, s1, _, _, s2_alone = step
+        if s2 is not None:
+            self._s2 = s2
+            self._state = self._estimator.observe_s2(parameters, self._state, s2.stamp_ns, s2.value)
+        if s1 is not None:
             estimate, self._state = self._estimator.update(
-                self.parameters, self._state, step.s1.stamp_ns, step.s1.value
+                parameters, self._state, s1.stamp_ns, s1.value
             )
-            return self._fused(step.s1.stamp_ns, estimate)
-        if step.s2 is not None and step.s2_alone:
-            stamp_ns = step.s2.stamp_ns
-            alone = self._estimator.without_s1(self.parameters, self._state, stamp_ns)
-            return self._fused(stamp_ns, alone)
+            return self._fused(s1.stamp_ns, estimate)
+        if s2 is not None and s2_alone:
+            alone = self._estimator.without_s1(parameters, self._state, s2.stamp_ns)
+            return self._fused(s2.stamp_ns, alone)
         return ()
 
     def _fused(self, stamp_ns: int, estimate: Estimate) -> tuple[Fused, ...]:
@@ -197,7 +197,7 @@ class Fusion:
         if estimate.mode == WAITING or stamp_ns <= self._estimated_ns:
             return ()
         self._estimated_ns = stamp_ns
-        period, turned = self.parameters.signal.period, 0.0
+        period, turned = self._parameters.signal.period, 0.0
         if period > 0.0:
             turned = period * turns(estimate.value, 0.0, period)
             estimate = wrapped(estimate, turned)

@@ -50,11 +50,13 @@ class Intake:
             sample: The sample as received, valid or not.
             now_ns: Time of receipt, nanoseconds on the clock of the stamps.
         """
-        return self._receive(self.s1, sample, now_ns)
+        tolerance = self._parameters.future_tolerance
+        return self._follow(self._timeline.receive(self.s1, sample, now_ns, tolerance))
 
     def on_s2(self, sample: Sample, now_ns: int) -> Verdict:
         """Take a sample of S2; as :meth:`on_s1`."""
-        return self._receive(self.s2, sample, now_ns)
+        tolerance = self._parameters.future_tolerance
+        return self._follow(self._timeline.receive(self.s2, sample, now_ns, tolerance))
 
     def on_tick(self) -> Verdict:
         """Take a tick of the timer, for ``trigger: timer``."""
@@ -91,15 +93,12 @@ class Intake:
         """Count what is still held as dropped: nothing more will come."""
         self._timeline.finish()
 
-    def _receive(self, guard: Guard, sample: Sample, now_ns: int) -> Verdict:
-        tolerance = self._parameters.future_tolerance
-        return self._follow(self._timeline.receive(guard, sample, now_ns, tolerance))
-
     def _follow(self, admission: Admission) -> Verdict:
-        if admission.restarted:
+        admitted, drop, restarted = admission
+        if restarted:
             self._clear()
-        steps = tuple([self._step(guard, sample) for guard, sample in admission.admitted])
-        return Verdict(len(steps), admission.drop, admission.restarted, steps)
+        steps = tuple([self._step(guard, sample) for guard, sample in admitted])
+        return Verdict(len(steps), drop, restarted, steps)
 
     def _clear(self) -> None:
         self.newest_s2 = None
@@ -113,9 +112,11 @@ class Intake:
         else:
             self.newest_s2 = sample
             step = self._trigger.on_s2(self._lines.on_s2(sample))
-        self.s1.drop(Drop.UNPAIRED, step.unpaired_s1)
-        self.s2.drop(Drop.UNPAIRED, step.unpaired_s2)
-        if step.s2 is not None and step.s1 is None and self._s1_is_lost(step.s2.stamp_ns):
+        s2, s1, unpaired_s1, unpaired_s2, _ = step
+        if unpaired_s1 or unpaired_s2:
+            self.s1.drop(Drop.UNPAIRED, unpaired_s1)
+            self.s2.drop(Drop.UNPAIRED, unpaired_s2)
+        if s2 is not None and s1 is None and self._s1_is_lost(s2.stamp_ns):
             return step._replace(s2_alone=True)
         return step
 

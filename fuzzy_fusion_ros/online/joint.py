@@ -50,6 +50,8 @@ class Joint:
 
     def due(self) -> Iterator[Together]:
         """Yield complete stamps in ascending order; drop incomplete ones."""
+        if not self._pending:
+            return
         restarts = sum([each.restarts for each in self._fusions.values()])
         if restarts != self._restarts:
             self._restarts = restarts
@@ -57,10 +59,13 @@ class Joint:
         pending, self._pending = self._pending, {}
         for stamp_ns in sorted(pending):
             found = pending[stamp_ns]
-            missing = [name for name in self._fusions if name not in found]
-            if not missing or self._is_complete(found, missing):
-                held = ((name, self._fusions[name].held_s2) for name in missing)
-                yield Together(stamp_ns, found, {k: v for k, v in held if v is not None})
+            if len(found) == len(self._fusions):
+                yield Together(stamp_ns, found)
+            else:
+                missing = [name for name in self._fusions if name not in found]
+                if self._is_complete(found, missing):
+                    held = ((name, self._fusions[name].held_s2) for name in missing)
+                    yield Together(stamp_ns, found, {k: v for k, v in held if v is not None})
             for name, fused in found.items():
                 self._missed[name] = MISSES if fused.estimate.mode == S2_ONLY else 0
 

@@ -67,11 +67,11 @@ class S1Trigger:
 
     def on_s1(self, sample: Sample) -> Step:
         """Estimate at it."""
-        return Step(s1=sample)
+        return Step(None, sample)
 
     def on_s2(self, sample: Sample) -> Step:
         """Observe it."""
-        return Step(s2=sample)
+        return Step(sample)
 
     def on_tick(self) -> Step:
         """Do nothing."""

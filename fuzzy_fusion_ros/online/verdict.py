@@ -12,7 +12,7 @@ from fuzzy_fusion_ros.online.guard import Drop
 from fuzzy_fusion_ros.online.trigger import Step
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)  # frozen, it would take a microsecond to make
 class Fused:
     """An estimate with the stamp of its sample.
 
@@ -74,4 +74,7 @@ class Together(NamedTuple):
     @property
     def s2_message(self) -> bytes:
         """The newest of the messages of S2 that channels hold, empty if there is none."""
-        return max(self.fused.values(), key=lambda fused: fused.s2_ns).s2_message
+        newest, *others = self.fused.values()
+        for each in others:
+            newest = each if each.s2_ns > newest.s2_ns else newest
+        return newest.s2_message
