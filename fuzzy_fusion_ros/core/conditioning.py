@@ -95,7 +95,7 @@ def condition(
         s1: The sample, finite.
     """
     if is_off(parameters):
-        return FastSensor(samples=0, stamp_ns=stamp_ns, interval=0.0, smooth=begun(s1))
+        return FastSensor(0, stamp_ns, 0.0, begun(s1))
     s1 = bounded(s1)
     dt = seconds_between(kept.stamp_ns, stamp_ns)
     longest = timeout_for(parameters.timeout, S1_TIMEOUT, kept.interval)
@@ -148,7 +148,7 @@ def smoothed(
 
 def begun(s1: float) -> Smooth:
     """Return S1 at its first sample, which is taken whatever it is."""
-    return Smooth(level=s1, trust=1, value=s1, slope=0.0, rejected=0.0, newest=s1, step=0.0)
+    return Smooth(s1, 1, s1, 0.0, 0.0, s1, 0.0)
 
 
 def stepped_to(s1: float, step: float) -> Smooth:

@@ -6,11 +6,10 @@ Instead of deserialising with rclpy or rosbags: see :mod:`fuzzy_fusion_ros.messa
 
 from __future__ import annotations
 
-import contextlib
 import math
 import struct
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple
 
 from fuzzy_fusion_ros.core.numerics import SECOND_NS
 from fuzzy_fusion_ros.core.sample import Sample
@@ -79,6 +78,8 @@ class ScalarCodec:
             for begin, order in ORDERS.items()
         }
         self._slack = _slack(types, type_name)
+        self._size = 0
+        self._known = _NOTHING_YET
 
     def sample(self, data: bytes, receive_ns: int) -> Sample:
         """Return the sample that a message carries, NaN and infinite ones too.
@@ -91,22 +92,17 @@ class ScalarCodec:
             MessageError: It lacks the element, or is not a message of the type.
             StampError: The nanoseconds of its timestamp are a second or more.
         """
-        view = self._view(data)
+        place = self.place(data)
         try:
-            excess = len(data) - view.end(data, ORIGIN)
-            value = self.function.read(view.numbers(data))
-            stamp_ns, nanoseconds = receive_ns, 0
-            if view.stamp_at is not None:
-                seconds, nanoseconds = view.stamp.unpack_from(data, view.stamp_at(data, ORIGIN))
-                stamp_ns = seconds * SECOND_NS + nanoseconds
-        except (struct.error, OverflowError) as error:
+            value = float(self.function.read(_numbers(place, data)))
+        except OverflowError as error:
             raise MessageError(f"a message is not a {self.type_name}: {error}") from None
-        if not 0 <= excess <= self._slack:
-            problem = f"{excess} bytes too many" if excess > 0 else f"{-excess} bytes too few"
-            raise MessageError(f"a message is not a {self.type_name}: it has {problem}")
+        if place.stamp_at is None:
+            return Sample(receive_ns, value)
+        seconds, nanoseconds = place.stamp.unpack_from(data, place.stamp_at)
         if nanoseconds >= SECOND_NS:
             raise StampError(f"a message has {nanoseconds} ns in its timestamp")
-        return Sample(stamp_ns, float(value))
+        return Sample(seconds * SECOND_NS + nanoseconds, value)
 
     def value(self, data: bytes) -> float:
         """Return the scalar of a message that another codec of the same type can read.
@@ -114,22 +110,38 @@ class ScalarCodec:
         Raises:
             MessageError: It lacks the element.
         """
-        return float(self.function.read(self._view(data).numbers(data)))
+        return float(self.function.read(_numbers(self.place(data), data)))
 
     def place(self, data: bytes) -> Place:
         """Return where stamp and numbers are in a message.
 
         The same holds for every message of the same size and byte order whose strings and arrays
-        have the same lengths, unless the path looks up a name.
+        have the same lengths, unless the path looks up a name. So it is searched for only where
+        the message is not laid out as the one before.
 
         Raises:
             MessageError: It lacks the element, or is not a message of the type.
         """
-        with contextlib.suppress(StampError):
-            self.sample(data, 0)
+        size, unpack_lengths, lengths, place = self._known
+        if len(data) == size and unpack_lengths(data) == lengths:
+            return place
+        return self._search(data)
+
+    def _search(self, data: bytes) -> Place:
         view = self._view(data)
-        stamp_at = None if view.stamp_at is None else view.stamp_at(data, ORIGIN)
-        return Place(view.places(data), stamp_at)
+        try:
+            excess = len(data) - view.end(data, ORIGIN)
+            place = view.place(data)
+        except (struct.error, OverflowError) as error:
+            raise MessageError(f"a message is not a {self.type_name}: {error}") from None
+        if not 0 <= excess <= self._slack:
+            problem = f"{excess} bytes too many" if excess > 0 else f"{-excess} bytes too few"
+            raise MessageError(f"a message is not a {self.type_name}: it has {problem}")
+        if len(data) == self._size and not self.field.looks_up:
+            unpack_lengths = _unpacker(ORDERS[data[:2]], self.lengths_at(data))
+            self._known = _Known(len(data), unpack_lengths, unpack_lengths(data), place)
+        self._size = len(data)
+        return place
 
     def lengths_at(self, data: bytes) -> tuple[int, ...]:
         """Return where the lengths of all texts and arrays are in a message.
@@ -159,9 +171,7 @@ class ScalarCodec:
         Raises:
             MessageError: It lacks the element.
         """
-        view = self._view(data)
-        stamp_at = None if view.stamp_at is None else view.stamp_at(data, ORIGIN)
-        return Template(data, self.field, self.function, view, stamp_at)
+        return Template(data, self.field, self.function, self.place(data))
 
     def _view(self, data: bytes) -> _View:
         view = self._views.get(data[:2])
@@ -179,25 +189,39 @@ class Place(NamedTuple):
         numbers: Of each number of the field its byte order and type, as :mod:`struct` writes them,
             and where it begins.
         stamp_at: Where the stamp begins, 32-bit seconds and nanoseconds; None if there is none.
+        stamp: Packs and unpacks both.
     """
 
     numbers: tuple[tuple[str, int], ...]
     stamp_at: int | None
+    stamp: struct.Struct
+
+
+class _Known(NamedTuple):
+    """Where things are in all messages of one size and byte order with lengths like these."""
+
+    size: int
+    unpack_lengths: Callable[[bytes], tuple[Any, ...]]
+    lengths: tuple[Any, ...]
+    place: Place
+
+
+_NOTHING_YET = _Known(-1, lambda data: (), (), Place((), None, struct.Struct("")))
 
 
 class Template:
     """A message of which stamp and number are replaced; the rest stays as it is."""
 
-    def __init__(
-        self, data: bytes, field: Field, function: Function, view: _View, stamp_at: int | None
-    ) -> None:
+    def __init__(self, data: bytes, field: Field, function: Function, place: Place) -> None:
         self._data = data
         self._field = field
         self._write = function.write
-        self._view = view
-        self._places = view.places(data)
-        self._before = view.numbers(data)
-        self._stamp_at = stamp_at
+        self._place = place
+        self._slots = [
+            (form, at, None if path.number in FLOATS else INTEGER_RANGES[path.number])
+            for path, (form, at) in zip(field.paths, place.numbers, strict=True)
+        ]
+        self._before = _numbers(place, data)
 
     def filled(self, value: float, stamp_ns: int) -> bytes:
         """Return the message with another number and, if it has one, another stamp.
@@ -224,9 +248,10 @@ class Template:
             MessageError: The stamp does not fit.
         """
         stamped = bytearray(self._data)
-        if self._stamp_at is not None:
+        _, stamp_at, stamp = self._place
+        if stamp_at is not None:
             try:
-                self._view.stamp.pack_into(stamped, self._stamp_at, *divmod(stamp_ns, SECOND_NS))
+                stamp.pack_into(stamped, stamp_at, *divmod(stamp_ns, SECOND_NS))
             except struct.error:
                 raise MessageError(
                     f"stamp {stamp_ns} ns is past 2038: it does not fit into 32-bit seconds"
@@ -247,12 +272,11 @@ class Template:
         if self._write is None:
             raise MessageError(f"field {self._field.text!r} cannot be inverted")
         try:
-            before = self._before if len(self._places) == 1 else self._view.numbers(bytes(message))
+            before = self._before if len(self._slots) == 1 else _numbers(self._place, message)
             numbers = self._write(before, value)
-            for path, (form, at), number in zip(
-                self._field.paths, self._places, numbers, strict=True
-            ):
-                struct.pack_into(form, message, at, _fitting(path, number))
+            for (form, at, limits), number in zip(self._slots, numbers, strict=True):
+                fitting = number if limits is None else _rounded(number, *limits)
+                struct.pack_into(form, message, at, fitting)
         except (OverflowError, ValueError):
             raise _unfit(self._field, value) from None
 
@@ -262,10 +286,7 @@ class _View(NamedTuple):
 
     layout: Layout
     end: Walk
-    numbers: Callable[[bytes], Numbers]
-    places: Callable[[bytes], tuple[tuple[str, int], ...]]
-    stamp: struct.Struct
-    stamp_at: Walk | None
+    place: Callable[[bytes], Place]
     frame_at: Walk | None
 
 
@@ -275,29 +296,36 @@ def _view(
     layout = Layout(types, order)
     has_frame = _has_frame(types, type_name)
     stamp_at = layout.place(type_name, FieldPath(f"{stamp}.sec")) if stamp else None
-    walks = [layout.place(type_name, path) for path in field.paths]
-    forms = [struct.Struct(order + FORMATS[path.number]) for path in field.paths]
+    walks = [(order + FORMATS[path.number], layout.place(type_name, path)) for path in field.paths]
+
+    stamp_form = struct.Struct(f"{order}iI")
+
+    def place(data: bytes) -> Place:
+        numbers = tuple([(form, walk(data, ORIGIN)) for form, walk in walks])
+        return Place(numbers, stamp_at and stamp_at(data, ORIGIN), stamp_form)
+
     return _View(
         layout=layout,
         end=layout.end(type_name),
-        numbers=_reader(forms, walks),
-        places=lambda data: tuple(
-            (form.format, walk(data, ORIGIN)) for form, walk in zip(forms, walks, strict=True)
-        ),
-        stamp=struct.Struct(order + "iI"),
-        stamp_at=stamp_at,
+        place=place,
         frame_at=layout.place(type_name, FieldPath("header.frame_id")) if has_frame else None,
     )
 
 
-def _reader(forms: Sequence[struct.Struct], walks: Sequence[Walk]) -> Callable[[bytes], Numbers]:
-    """Return what reads the numbers of a message; the usual one alone without a loop."""
-    if len(forms) == 1:
-        (form,), (walk,) = forms, walks
-        unpack = form.unpack_from
-        return lambda data: unpack(data, walk(data, ORIGIN))
-    pairs = [(form.unpack_from, walk) for form, walk in zip(forms, walks, strict=True)]
-    return lambda data: [unpack(data, walk(data, ORIGIN))[0] for unpack, walk in pairs]
+def _unpacker(order: str, lengths_at: Iterable[int]) -> Callable[[bytes], tuple[Any, ...]]:
+    """Return what takes the lengths of strings and arrays from a message, after its first bytes."""
+    form, at = f"{order}2s", 2
+    for each in lengths_at:
+        form, at = f"{form}{each - at}xI", each + 4
+    return struct.Struct(form).unpack_from
+
+
+def _numbers(place: Place, data: bytes | bytearray) -> Numbers:
+    """Return the numbers of a message; the usual one alone without a loop."""
+    if len(place.numbers) == 1:
+        ((form, at),) = place.numbers
+        return struct.unpack_from(form, data, at)
+    return [struct.unpack_from(form, data, at)[0] for form, at in place.numbers]
 
 
 def _has_frame(types: TypeDescriptions, type_name: str) -> bool:
@@ -341,16 +369,13 @@ def _slack(types: TypeDescriptions, type_name: str) -> float:
     return slack
 
 
-def _fitting(field: FieldPath, value: float) -> float:
-    """Return a value as a field takes it.
+def _rounded(value: float, low: int, high: int) -> int:
+    """Return the integer nearest to a value.
 
     Raises:
-        OverflowError: It does not fit, as an infinite one.
+        OverflowError: It is not within the range, as an infinite one.
         ValueError: It is not a number.
     """
-    if field.number in FLOATS:
-        return value
-    low, high = INTEGER_RANGES[field.number]
     if not low <= round(value) <= high:
         raise OverflowError
     return round(value)

@@ -43,6 +43,7 @@ class Layout:
         """
         self._types = types
         self._messages: dict[str, list[_Part]] = {}
+        self._noting: dict[str, tuple[Walk, list[int]]] = {}
         self._unpack_count: Callable[[bytes, int], tuple[int, ...]] = struct.Struct(
             f"{order}I"
         ).unpack_from
@@ -62,6 +63,15 @@ class Layout:
             type_name: The type of the message.
             data: A message of it.
         """
+        if type_name not in self._noting:
+            self._noting[type_name] = self._walk_that_notes(type_name)
+        walk, found = self._noting[type_name]
+        found.clear()
+        walk(data, ORIGIN)
+        return tuple(found)
+
+    def _walk_that_notes(self, type_name: str) -> tuple[Walk, list[int]]:
+        """Return a walk past a message, and the list in which it notes where lengths are."""
         found: list[int] = []
         noting = Layout(self._types, "<")
 
@@ -70,8 +80,7 @@ class Layout:
             return self._unpack_count(data, at)
 
         noting._unpack_count = note
-        noting.end(type_name)(data, ORIGIN)
-        return tuple(found)
+        return noting.end(type_name), found
 
     def place(self, type_name: str, field: FieldPath) -> Walk:
         """Return the walk from the start of a message to a number or a text in it.

@@ -162,7 +162,7 @@ class EstimateMessages:
         self._unknown = tuple(unknown.values())
         self._unsure = Elements(types, self.type_name, list(unknown))
         self._s2_message: bytes | None = None
-        self._templates: dict[str, Template] = {}
+        self._templates: list[tuple[str, Template]] = []
 
     @property
     def described(self) -> str:
@@ -185,17 +185,17 @@ class EstimateMessages:
         s2_message = together.s2_message
         if s2_message is not self._s2_message:
             blank = self._unsure.written(self._like(s2_message), self._unknown)
-            self._templates = {name: each.template(blank) for name, each in self.codecs.items()}
+            self._templates = [(name, self.codecs[name].template(blank)) for name in self._filled]
             self._s2_message = s2_message
-        missing = [name for name in self.codecs if name not in fused]
+        lacks = len(fused) < len(self.codecs)
+        missing = [name for name in self.codecs if name not in fused] if lacks else ()
         for name in missing:
             if name not in held:
                 raise MessageError(f"channel {name} has neither an estimate nor a value of S2")
-        templates = self._templates
-        message = next(iter(templates.values())).stamped(stamp_ns)
-        for name in self._filled:
-            value = held[name] if name in missing else fused[name].estimate.value
-            templates[name].fill(message, value)
+        (_, first), *_ = templates = self._templates
+        message = first.stamped(stamp_ns)
+        for name, template in templates:
+            template.fill(message, held[name] if name in missing else fused[name].estimate.value)
         data = bytes(message)
         for name, variance in self._variances.items():
             if name in fused:

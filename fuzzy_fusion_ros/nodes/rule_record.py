@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from fuzzy_fusion_ros.core.aggregator import FiringStrengths
 from fuzzy_fusion_ros.core.estimator import FUSED
-from fuzzy_fusion_ros.core.numerics import seconds_between
+from fuzzy_fusion_ros.core.numerics import clamped, seconds_between
 from fuzzy_fusion_ros.online.verdict import Fused
 
 LONGEST_STEP = 1.0
@@ -25,7 +25,6 @@ class RuleRecord:
         rate: Lowest and highest grade of *large* of the rate.
         predictions: Predictions that came to the gate.
         accepted: Predictions that it let count.
-        apart_s: For how long the difference has been fully large without a break, seconds.
     """
 
     def __init__(self) -> None:
@@ -35,8 +34,8 @@ class RuleRecord:
         self.rate = (1.0, 0.0)
         self.predictions = 0
         self.accepted = 0
-        self.apart_s = 0.0
-        self._last: tuple[int, int] | None = None
+        self._led: int | None = None
+        self._last_ns = 0
         self._apart_since_ns: int | None = None
 
     @property
@@ -44,37 +43,36 @@ class RuleRecord:
         """Time that counted for any rule, seconds."""
         return sum(self.seconds)
 
+    @property
+    def apart_s(self) -> float:
+        """For how long the difference has been fully large without a break, seconds."""
+        since_ns = self._last_ns if self._apart_since_ns is None else self._apart_since_ns
+        return seconds_between(since_ns, self._last_ns)
+
     def see(self, fused: Fused) -> None:
         """Take an estimate; those of a single sensor only end what went on."""
         estimate, stamp_ns = fused.estimate, fused.stamp_ns
         if estimate.mode != FUSED:
-            self._last = None
-            self._see_apart(False, stamp_ns)
+            self._led = self._apart_since_ns = None
             return
         strengths = estimate.aggregate.strengths
-        if self._last is not None:
-            led, last_ns = self._last
-            self.seconds[led] += min(max(seconds_between(last_ns, stamp_ns), 0.0), LONGEST_STEP)
-        self._last = (strengths.index(max(strengths)), stamp_ns)
-        difference = strengths.large_small + strengths.large_large
-        rate = strengths.small_large + strengths.large_large
+        if self._led is not None:
+            step = seconds_between(self._last_ns, stamp_ns)
+            self.seconds[self._led] += clamped(step, 0.0, LONGEST_STEP)
+        self._led, self._last_ns = strengths.index(max(strengths)), stamp_ns
+        _, fast, apart, both = strengths
+        difference, rate = apart + both, fast + both
         if not self.difference[0] <= difference <= self.difference[1]:
             self.difference = _widened(self.difference, difference)
         if not self.rate[0] <= rate <= self.rate[1]:
             self.rate = _widened(self.rate, rate)
-        self._see_apart(difference >= SATURATED, stamp_ns)
+        if difference < SATURATED:
+            self._apart_since_ns = None
+        elif self._apart_since_ns is None:
+            self._apart_since_ns = stamp_ns
         self.estimates += 1
         self.predictions += estimate.prediction.exists
         self.accepted += estimate.accepted
-
-    def _see_apart(self, apart: bool, stamp_ns: int) -> None:
-        if not apart:
-            self._apart_since_ns = None
-            self.apart_s = 0.0
-            return
-        if self._apart_since_ns is None:
-            self._apart_since_ns = stamp_ns
-        self.apart_s = seconds_between(self._apart_since_ns, stamp_ns)
 
 
 def _widened(span: tuple[float, float], value: float) -> tuple[float, float]:

@@ -52,7 +52,9 @@ class Joint:
         """Yield complete stamps in ascending order; drop incomplete ones."""
         if not self._pending:
             return
-        restarts = sum([each.restarts for each in self._fusions.values()])
+        restarts = 0
+        for fusion in self._fusions.values():
+            restarts += fusion.restarts
         if restarts != self._restarts:
             self._restarts = restarts
             self.reset()

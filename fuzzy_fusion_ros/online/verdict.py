@@ -74,7 +74,8 @@ class Together(NamedTuple):
     @property
     def s2_message(self) -> bytes:
         """The newest of the messages of S2 that channels hold, empty if there is none."""
-        newest, *others = self.fused.values()
-        for each in others:
-            newest = each if each.s2_ns > newest.s2_ns else newest
-        return newest.s2_message
+        message, newest_ns = b"", -1
+        for each in self.fused.values():
+            if each.s2_ns > newest_ns:
+                message, newest_ns = each.s2_message, each.s2_ns
+        return message

@@ -253,6 +253,43 @@ def test_every_number_of_any_message_is_the_one_that_others_read(
                 assert len(changed) == len(data)
 
 
+def result(codec: ScalarCodec, data: bytes) -> str:
+    """What a codec makes of a message, errors included."""
+    try:
+        return repr(codec.sample(data, RECEIVED_NS))
+    except MessageError as error:
+        return f"{type(error).__name__}: {error}"
+
+
+@given(
+    st.sampled_from(["position[1]", "name=pole:position", "header.stamp.nanosec"]),
+    st.lists(
+        st.tuples(st.integers(0, 2), st.integers(0, 119), st.integers(0, 255), st.integers(0, 2)),
+        max_size=12,
+    ),
+)
+def test_what_was_read_before_changes_nothing(
+    field: str, changes: list[tuple[int, int, int, int]]
+) -> None:
+    types, kind = InstalledTypes(), load_message_class(JOINT_STATE)
+    whole = [
+        serialize_message(kind(name=names, position=[1.0, 2.0], effort=efforts))
+        for names, efforts in (
+            (["cart", "pole"], []),
+            (["pole", "cart"], [5.0]),
+            (["car", "poles"], [5.0]),
+        )
+    ]
+    codec = ScalarCodec(types, JOINT_STATE, field)
+    for which, at, octet, cut in changes:
+        for data in (whole[which], whole[which]):
+            changed = bytearray(data)
+            changed[at % len(data)] = octet
+            for each in (data, bytes(changed), data[: len(data) - cut]):
+                fresh = ScalarCodec(types, JOINT_STATE, field)
+                assert result(codec, each) == result(fresh, each)
+
+
 @given(st.floats(), st.integers(-(2**31) * 10**9, 2**31 * 10**9 - 1))
 def test_a_template_is_filled_and_the_rest_stays(value: float, stamp_ns: int) -> None:
     kind = load_message_class(POINT)
