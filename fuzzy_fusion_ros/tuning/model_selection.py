@@ -7,7 +7,7 @@ it was not fitted to. The parts are four blocks, or of several recordings each o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -78,6 +78,11 @@ class FittedCandidate(NamedTuple):
     unseen: float
     unseen_parts: tuple[float, ...]
     surprise: float = 0.0
+
+    @property
+    def unseen_loss(self) -> float:
+        """What a choice lowers: the surprise, or with a truth the error, on unseen parts."""
+        return self.surprise or self.unseen
 
 
 def planned(sensors: Characteristics, with_truth: bool, parts: int) -> int:
@@ -194,30 +199,20 @@ def chosen(
     names = OBSERVERS[:1] if s2_samples < ENOUGH_S2 else OBSERVERS
     observers = [named[each] for each in names]
     if not with_truth:
-        best = _simplest(observers, _surprise)
+        best = _simplest(observers)
         if not related and best.surprise > S1_PAYS * named["s2"].surprise:
             return named["s2"]
         return named["s1"] if named["s1"].surprise <= ALONE_AS_GOOD * best.surprise else best
     others = [named["aggregator"]] if len(names) > 1 else []
-    best = _simplest([*observers, *others], _unseen)
-    sensor = min((named["s2"], named["s1"]), key=_unseen)
+    best = _simplest([*observers, *others])
+    sensor = min((named["s2"], named["s1"]), key=lambda each: each.unseen)
     return sensor if sensor.unseen <= best.unseen + TINY else best
 
 
-def _simplest(
-    candidates: Sequence[FittedCandidate], size: Callable[[FittedCandidate], float]
-) -> FittedCandidate:
+def _simplest(candidates: Sequence[FittedCandidate]) -> FittedCandidate:
     """Return the first candidate that is as good as the best of them."""
-    most = AS_GOOD * min(map(size, candidates))
-    return next(each for each in candidates if size(each) <= most)
-
-
-def _unseen(candidate: FittedCandidate) -> float:
-    return candidate.unseen
-
-
-def _surprise(candidate: FittedCandidate) -> float:
-    return candidate.surprise
+    most = AS_GOOD * min(each.unseen_loss for each in candidates)
+    return next(each for each in candidates if each.unseen_loss <= most)
 
 
 def parts_of(problem: Problem) -> Stamps:

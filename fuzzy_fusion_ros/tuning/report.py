@@ -160,6 +160,7 @@ def outcome(tuned: Tuned, unit: str) -> str:
         f"RMSE {tuned.before_error:.4g}{u} before, {tuned.error:.4g}{u} after; "
         f"S2 counts as lost after {tuned.parameters.s2.timeout:.3g} s"
         + _bound(tuned)
+        + _adaptation(tuned)
         + _limits(tuned)
         + ("" if tuned.parameters.predictor.enabled else "; the predictor would not help")
         + _gain_over_one_sensor(tuned, u)
@@ -187,6 +188,12 @@ def _bound(tuned: Tuned) -> str:
     if threshold <= 0.0:
         return ""
     return f"; innovations of S2 are bounded at {threshold:g} of their standard deviations"
+
+
+def _adaptation(tuned: Tuned) -> str:
+    adapt = tuned.parameters.adapt
+    scale = "; S1's scale is adapted" if adapt.scale_time_constant > 0.0 else ""
+    return scale + ("; S2's lag is adapted" if adapt.lag_time_constant > 0.0 else "")
 
 
 def _limits(tuned: Tuned) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -48,6 +49,14 @@ is given: of normal ones, one in 16,000 is beyond it."""
 
 BOUNDING_COSTS = 1.02
 """Bounding innovations of S2 may increase the misfit by up to this factor."""
+
+ADAPTING_PAYS = 0.9
+"""Adaptation is switched on if it lowers the misfit to this share, at once and on unseen parts."""
+
+ADAPTATIONS = MappingProxyType(
+    {"adapt.scale_time_constant": 100.0, "adapt.lag_time_constant": 10.0}
+)
+"""What is tried, with its time constant in intervals of S2."""
 
 MOST_DOUBLINGS = 12
 """A safety net that still does harm after this many doublings is not set."""
@@ -239,6 +248,7 @@ def tune_to(
     named = {each.name: each for each in candidates_for(sensors, with_truth)}
     if before.s2.outlier_threshold <= 0.0:
         best = bounded_if_cheap(problem, named[best.name], best, threads, seed)
+    best = adapting_if_better(problem, named[best.name], best, sensors, threads, seed)
     final = best.parameters
     if with_truth:
         final = simplified(problem, final)
@@ -356,6 +366,41 @@ def bounded_if_cheap(
     # rare and short, so that progress, which is complete by now, does not count it
     with Pool(threads, lambda done, of: None, 0) as pool:
         return model_selection.refitted(free, candidate, unbounded, pool, seed)
+
+
+def adapting_if_better(
+    problem: Problem,
+    candidate: Candidate,
+    fitted: FittedCandidate,
+    sensors: Characteristics,
+    threads: int | None,
+    seed: int,
+) -> FittedCandidate:
+    """Adapt S1's scale, and S2's lag, if each pays, and then fit with that.
+
+    Args:
+        problem: What was fitted.
+        candidate: The candidate.
+        fitted: The fit of it; without the observer there is nothing to adapt.
+        sensors: What the sensors are like.
+        threads: As in :func:`tune_to`.
+        seed: Seed of the further fits, which are cross-validated as the first.
+    """
+    for name, intervals in ADAPTATIONS.items():
+        fixed = fitted.parameters
+        change = allowed(Parameters, {name: intervals * sensors.s2_interval})
+        adapting = replace(fixed, change)
+        if flatten(fixed)[name] != 0.0 or not fixed.s1.bias_time_constant > 0.0:
+            continue
+        if problem.loss(adapting) > ADAPTING_PAYS * problem.loss(fixed):
+            continue
+        with Pool(threads, lambda done, of: None, 0) as pool:  # rare, as above
+            again = model_selection.refitted(
+                problem._replace(base=adapting), candidate, adapting, pool, seed
+            )
+        if again.unseen_loss <= ADAPTING_PAYS * fitted.unseen_loss:
+            fitted = again
+    return fitted
 
 
 def with_low_pass(problem: Problem, sensors: Characteristics, parameters: Parameters) -> Parameters:

@@ -42,16 +42,20 @@ from fuzzy_fusion_ros.tuning.model_selection import (
     errors_by_part,
     folds_of,
     parts_of,
+    refitted,
 )
 from fuzzy_fusion_ros.tuning.report import as_json, comments, described, outcome
+from fuzzy_fusion_ros.tuning.search import Pool
 from fuzzy_fusion_ros.tuning.space import SURE
 from fuzzy_fusion_ros.tuning.together import oddities, typical
 from fuzzy_fusion_ros.tuning.tune import (
+    ADAPTING_PAYS,
     BOUNDING_COSTS,
     INSTANT,
     NO_WORSE,
     OUTLIER_THRESHOLD,
     SHORTENING_COSTS,
+    adapting_if_better,
     bounded_if_cheap,
     error_of,
     rounded,
@@ -331,6 +335,28 @@ def test_the_table_shows_the_fit_without_the_bound(
     )
     assert shown.fitted == problem.misfit(shown.parameters)
     assert tuned.recordings[0].unseen_error == shown.unseen
+
+
+@pytest.mark.parametrize(("scale", "adapts"), [(1.0, False), (1.4, True)])
+def test_a_wrong_scale_of_s1_is_adapted(
+    recording: Made, patch: pytest.MonkeyPatch, scale: float, adapts: bool
+) -> None:
+    """Where that pays at once, and on unseen parts."""
+    series = recording.series._replace(s1=scale * recording.series.s1)
+    problem = Problem([series], recording.truth, series.s2_known > 0, Parameters())
+    sensors = characterise(series)
+    candidate = candidate_of("bias", series)
+    start = replace(Parameters(), {"s1.bias_time_constant": 0.5, **_LAG})
+    with Pool(2, lambda done, of: None, 0) as pool:
+        fixed = refitted(problem, candidate, start, pool, 0)
+    found = adapting_if_better(problem, candidate, fixed, sensors, 2, 0)
+    assert (found.parameters.adapt.scale_time_constant > 0.0) == adapts
+    assert found.parameters.adapt.lag_time_constant == 0.0
+    assert found.fitted == problem.misfit(found.parameters)
+    if adapts:
+        assert found.unseen < ADAPTING_PAYS * fixed.unseen
+    else:
+        assert found == fixed
 
 
 def test_the_largest_threshold_that_may_be_given_bounds_nothing(tuned: Tuned, unseen: Made) -> None:
