@@ -81,12 +81,13 @@ class ScalarCodec:
         self._size = 0
         self._known = _NOTHING_YET
 
-    def sample(self, data: bytes, receive_ns: int) -> Sample:
+    def sample(self, data: bytes, receive_ns: int, kept: bytes = b"") -> Sample:
         """Return the sample that a message carries, NaN and infinite ones too.
 
         Args:
             data: The message, serialised.
             receive_ns: When it was received, ns.
+            kept: The message once more where the sample is to keep it.
 
         Raises:
             MessageError: It lacks the element, or is not a message of the type.
@@ -98,11 +99,11 @@ class ScalarCodec:
         except OverflowError as error:
             raise MessageError(f"a message is not a {self.type_name}: {error}") from None
         if place.stamp_at is None:
-            return Sample(receive_ns, value)
+            return Sample(receive_ns, value, kept)
         seconds, nanoseconds = place.stamp.unpack_from(data, place.stamp_at)
         if nanoseconds >= SECOND_NS:
             raise StampError(f"a message has {nanoseconds} ns in its timestamp")
-        return Sample(seconds * SECOND_NS + nanoseconds, value)
+        return Sample(seconds * SECOND_NS + nanoseconds, value, kept)
 
     def value(self, data: bytes) -> float:
         """Return the scalar of a message that another codec of the same type can read.

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages.outputs import EstimateSource
 from fuzzy_fusion_ros.messages.units import signal_unit
 from fuzzy_fusion_ros.nodes.estimates import EstimateOutput
@@ -14,7 +15,7 @@ from fuzzy_fusion_ros.nodes.rule_report import RuleReport
 from fuzzy_fusion_ros.nodes.self_check import SelfCheck
 from fuzzy_fusion_ros.nodes.sensor_input import RESTARTS_SAID_EVERY, SensorInput
 from fuzzy_fusion_ros.nodes.sensor_report import SensorReport
-from fuzzy_fusion_ros.nodes.source import Received, Sources
+from fuzzy_fusion_ros.nodes.source import Sources
 from fuzzy_fusion_ros.online.fusion import Fusion
 from fuzzy_fusion_ros.online.joint import Joint
 from fuzzy_fusion_ros.online.verdict import Verdict
@@ -79,16 +80,14 @@ class Channel:
         self._s1_report = SensorReport("s1", self.s1, node, self._log)
         self._s2_report = SensorReport("s2", self.s2, node, self._log)
 
-    def _on_s1(self, received: Received) -> None:
-        sample, now_ns, _ = received
+    def _on_s1(self, sample: Sample, now_ns: int, _: int) -> None:
         self._check.s1.add(sample.stamp_ns, now_ns, sample.value)
         verdict = self.fusion.on_s1(sample, now_ns)
         if verdict.admitted:
             self.s1.admitted()
         self._follow(verdict)
 
-    def _on_s2(self, received: Received) -> None:
-        sample, now_ns, _ = received
+    def _on_s2(self, sample: Sample, now_ns: int, _: int) -> None:
         self._check.s2.add(sample.stamp_ns, now_ns, sample.value)
         verdict = self.fusion.on_s2(sample, now_ns)
         if verdict.admitted:

@@ -117,19 +117,21 @@ class _Explanation:
     def __init__(self, node: Node, channel: str, unit: str, recorder: Recorder) -> None:
         prefix = f"~/{channel}/" if channel else "~/"
         self._unit = unit
+        self._wanted: set[str] = set()
         self._publishers = {
-            name: RecordingPublisher(node, prefix + name, type_name, recorder)
-            for name, type_name in EXPLANATION.items()
+            name: RecordingPublisher(node, prefix + name, kind, recorder, wanted=self._wanted)
+            for name, kind in EXPLANATION.items()
         }
-        self.sentence = RecordingPublisher(node, prefix + SENTENCE, TEXT, NoRecorder())
-        self._all = [*self._publishers.values(), self.sentence]
+        self.sentence = RecordingPublisher(
+            node, prefix + SENTENCE, TEXT, NoRecorder(), wanted=self._wanted
+        )
 
     @property
     def wanted(self) -> dict[str, RecordingPublisher]:
         return {name: each for name, each in self._publishers.items() if each.wanted}
 
     def publish(self, point: Template, fused: Fused, parameters: Parameters, log_ns: int) -> None:
-        if not [each for each in self._all if each.wanted]:  # as a rule
+        if not self._wanted:  # as a rule
             return
         wanted = self.wanted
         if wanted:

@@ -9,7 +9,7 @@ from fuzzy_fusion_ros.core.numerics import seconds_between
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages import InstalledTypes, ScalarCodec
 from fuzzy_fusion_ros.messages.units import unit_read
-from fuzzy_fusion_ros.nodes.source import Received, Sources
+from fuzzy_fusion_ros.nodes.source import Sources
 from fuzzy_fusion_ros.online.guard import Drop, Guard
 from fuzzy_fusion_ros.parameters.errors import MessageError
 from fuzzy_fusion_ros.parameters.fusion import SensorParameters
@@ -36,7 +36,7 @@ class SensorInput:
         topic: str,
         parameters: SensorParameters,
         guard: Guard,
-        on_sample: Callable[[Received], None],
+        on_sample: Callable[[Sample, int, int], None],
     ) -> None:
         """Subscribe.
 
@@ -46,7 +46,7 @@ class SensorInput:
             topic: The topic, remapped or not.
             parameters: Type and field.
             guard: Of the sensor.
-            on_sample: Called with each sample.
+            on_sample: Called with each sample, as :meth:`Reader.take`.
 
         Raises:
             MessageError: The type is not installed or has no such field.
@@ -82,14 +82,12 @@ class SensorInput:
         """
         try:
             if stamp_ns is None:
-                stamp_ns, value, _ = self.codec.sample(data, now_ns)
-            else:
-                value = self.codec.value(data)
+                return self.codec.sample(data, now_ns, data)
+            return Sample(stamp_ns, self.codec.value(data), data)
         except MessageError as error:
             self.guard.drop(Drop.of(error))
             self.last_problem = str(error)
             return None
-        return Sample(stamp_ns, value, data)
 
     def admitted(self) -> None:
         """Take note that a sample is of use: the sensor is not silent."""

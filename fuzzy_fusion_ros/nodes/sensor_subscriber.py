@@ -6,12 +6,13 @@ from __future__ import annotations
 import functools
 from typing import Any
 
+from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages import InstalledTypes
 from fuzzy_fusion_ros.messages.outputs import POINT, point_template
 from fuzzy_fusion_ros.nodes.parameters import SubscriberParameters
 from fuzzy_fusion_ros.nodes.sensor_input import RESTARTS_SAID_EVERY, SensorInput
 from fuzzy_fusion_ros.nodes.sensor_report import SensorReport
-from fuzzy_fusion_ros.nodes.source import Received, Sources
+from fuzzy_fusion_ros.nodes.source import Sources
 from fuzzy_fusion_ros.online.guard import Guard
 from fuzzy_fusion_ros.online.timeline import Timeline
 from fuzzy_fusion_ros.ros.clock import NodeTime
@@ -45,19 +46,18 @@ class SensorSubscriber(ConfiguredNode[SubscriberParameters]):
         self._report = SensorReport("input", self._input, self, self.log)
         self._diagnostics = Diagnostics(self, node_time, self._reports)
 
-    def _on_sample(self, received: Received) -> None:
-        admission = self._timeline.receive(
-            self._guard, received.sample, received.now_ns, self.parameters.future_tolerance
-        )
+    def _on_sample(self, sample: Sample, now_ns: int, log_ns: int) -> None:
+        tolerance = self.parameters.future_tolerance
+        admission = self._timeline.receive(self._guard, sample, now_ns, tolerance)
         if admission.restarted:
             self.log.warning(
                 "timestamps jumped back: passing on the new ones",
                 throttle_duration_sec=RESTARTS_SAID_EVERY,
             )
-        for _, sample in admission.admitted:
+        for _, each in admission.admitted:
             self._input.admitted()
-            point = self._point(self._input.codec.frame(sample.message))
-            self._output.send(point.filled(sample.value, sample.stamp_ns), received.log_ns)
+            point = self._point(self._input.codec.frame(each.message))
+            self._output.send(point.filled(each.value, each.stamp_ns), log_ns)
 
     def _reports(self) -> list[Report]:
         return [self._report.report(self._guard.timeout(self.parameters.input.timeout))]

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 from fuzzy_fusion_ros.core.numerics import seconds_between
 from fuzzy_fusion_ros.core.sample import Sample
@@ -14,20 +14,6 @@ from fuzzy_fusion_ros.ros.clock import NodeTime
 from fuzzy_fusion_ros.ros.node import ConfiguredNode
 from fuzzy_fusion_ros.ros.qos import input_profile
 from fuzzy_fusion_ros.ros.subscription import RawSubscription
-
-
-class Received(NamedTuple):
-    """A message that came in.
-
-    Attributes:
-        sample: The sample in it, whatever it holds, with the message.
-        now_ns: Time of receipt on the node's clock, nanoseconds.
-        log_ns: The time to record it, and all that follows from it, at.
-    """
-
-    sample: Sample
-    now_ns: int
-    log_ns: int
 
 
 class Reader(Protocol):
@@ -48,8 +34,14 @@ class Reader(Protocol):
             stamp_ns: Its stamp, if another reader has read it.
         """
 
-    def take(self, received: Received) -> None:
-        """Use a sample."""
+    def take(self, sample: Sample, now_ns: int, log_ns: int) -> None:
+        """Use a sample.
+
+        Args:
+            sample: The sample of a message, whatever it holds, with the message.
+            now_ns: Time of receipt on the node's clock, nanoseconds.
+            log_ns: The time to record the message, and all that follows from it, at.
+        """
 
 
 class Sources:
@@ -125,35 +117,33 @@ class _Source:
         return self.subscription.work.drain()
 
     def _on_message(self, data: bytes) -> None:
-        now_ns = self._time.now_ns()
+        now_ns = log_ns = self._time.now_ns()
         stamp_ns, samples = None, []
         for reader in self.readers:
             sample = reader.read(data, now_ns, stamp_ns)
             if sample is not None:
                 stamp_ns = sample.stamp_ns
                 samples.append((reader, sample))
-        now_ns, log_ns = self._dated(stamp_ns, now_ns)
+        if stamp_ns is not None:
+            if not self._warned:
+                self._warn_unstamped()
+            if self._time.simulated:
+                now_ns, log_ns = self._dated(stamp_ns, now_ns)
         self._node.recorder.write(self.subscription.topic, log_ns, data)
         for reader, sample in samples:
-            reader.take(Received(sample, now_ns, log_ns))
+            reader.take(sample, now_ns, log_ns)
         self._after(log_ns)
 
-    def _dated(self, stamp_ns: int | None, now_ns: int) -> tuple[int, int]:
-        """Say when a message came; simulated runs are dated by stamps, so that they repeat.
+    def _dated(self, stamp_ns: int, now_ns: int) -> tuple[int, int]:
+        """Say when a message came in a simulated run: it is dated by stamps, so that it repeats.
 
         Args:
-            stamp_ns: The message's stamp, ``None`` if nobody can read it.
+            stamp_ns: The message's stamp.
             now_ns: Time of receipt, nanoseconds.
 
         Returns:
             Time of receipt and time to record it at, nanoseconds.
         """
-        if stamp_ns is None:
-            return now_ns, now_ns
-        if not self._warned:
-            self._warn_unstamped()
-        if not self._time.simulated:
-            return now_ns, now_ns
         if now_ns == 0:  # /clock has not come yet
             now_ns = stamp_ns
         is_future = seconds_between(now_ns, stamp_ns) > self._node.parameters.future_tolerance

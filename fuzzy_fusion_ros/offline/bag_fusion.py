@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 from fuzzy_fusion_ros.bag.reader import BagReader
 from fuzzy_fusion_ros.bag.topic import BagMessage
-from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages.units import signal_unit
 from fuzzy_fusion_ros.offline.recording import clock_warning, count_drops
 from fuzzy_fusion_ros.offline.topics import Topics, codecs_of, unstamped
@@ -133,10 +132,10 @@ class BagFusion:
 
     def _on_s2(self, message: BagMessage) -> Verdict:
         try:
-            stamp_ns, value, _ = self.codecs["s2"].sample(message.data, message.log_ns)
+            sample = self.codecs["s2"].sample(message.data, message.log_ns, message.data)
         except MessageError as error:
             return _unread(self.fusion.s2, error)
-        return self.fusion.on_s2(Sample(stamp_ns, value, message.data), message.log_ns)
+        return self.fusion.on_s2(sample, message.log_ns)
 
 
 def _logged(verdict: Verdict, log_ns: int) -> Iterator[Logged]:

@@ -167,14 +167,14 @@ class Fusion:
 
     def _follow(self, verdict: Verdict) -> Verdict:
         """Do the steps of a verdict and add the estimates."""
-        admitted, drop, restarted, steps, _ = verdict
-        if restarted:
+        if verdict.restarted:
             self.restarts += 1
             self._clear()
         if self._state.started_ns == 0:
             self._state = self._state._replace(started_ns=self.s1.first_ns)
-        estimates = tuple([fused for each in steps for fused in self._do(each)])
-        return Verdict(admitted, drop, restarted, steps, estimates)
+        for step in verdict.steps:
+            verdict.estimates += self._do(step)
+        return verdict
 
     def _do(self, step: Step) -> tuple[Fused, ...]:
         parameters = self._parameters

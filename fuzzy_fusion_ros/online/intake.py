@@ -97,7 +97,9 @@ class Intake:
         admitted, drop, restarted = admission
         if restarted:
             self._clear()
-        steps = tuple([self._step(guard, sample) for guard, sample in admitted])
+        steps: tuple[Step, ...] = ()
+        for guard, sample in admitted:
+            steps += (self._step(guard, sample),)
         return Verdict(len(steps), drop, restarted, steps)
 
     def _clear(self) -> None:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 
 from fuzzy_fusion_ros.core.estimator import S2_ONLY
 from fuzzy_fusion_ros.online.fusion import Fusion
@@ -48,10 +48,11 @@ class Joint:
         for fused in estimates:
             self._pending.setdefault(fused.stamp_ns, {})[channel] = fused
 
-    def due(self) -> Iterator[Together]:
-        """Yield complete stamps in ascending order; drop incomplete ones."""
+    def due(self) -> list[Together]:
+        """Return complete stamps in ascending order; drop incomplete ones."""
+        complete: list[Together] = []
         if not self._pending:
-            return
+            return complete
         restarts = 0
         for fusion in self._fusions.values():
             restarts += fusion.restarts
@@ -62,14 +63,16 @@ class Joint:
         for stamp_ns in sorted(pending):
             found = pending[stamp_ns]
             if len(found) == len(self._fusions):
-                yield Together(stamp_ns, found)
+                complete.append(Together(stamp_ns, found))
             else:
                 missing = [name for name in self._fusions if name not in found]
                 if self._is_complete(found, missing):
-                    held = ((name, self._fusions[name].held_s2) for name in missing)
-                    yield Together(stamp_ns, found, {k: v for k, v in held if v is not None})
+                    held = {name: self._fusions[name].held_s2 for name in missing}
+                    known = {name: value for name, value in held.items() if value is not None}
+                    complete.append(Together(stamp_ns, found, known))
             for name, fused in found.items():
                 self._missed[name] = MISSES if fused.estimate.mode == S2_ONLY else 0
+        return complete
 
     def _is_complete(self, found: Mapping[str, Fused], missing: Iterable[str]) -> bool:
         """Return whether no missing channel is live; count a miss for each that is."""

@@ -38,7 +38,8 @@ class Fused:
         return self.estimate.standard_deviation
 
 
-class Verdict(NamedTuple):
+@dataclass(slots=True)
+class Verdict:
     """What happened to a sample.
 
     A sample that is neither admitted nor dropped is held until later ones decide.
@@ -48,7 +49,7 @@ class Verdict(NamedTuple):
         drop: Why the sample was dropped; ``None`` if it was not.
         restarted: Whether timestamps jumped, so that all state was cleared first.
         steps: The steps for the estimator, in order.
-        estimates: The resulting estimates; empty until they are computed.
+        estimates: The resulting estimates; the fusion adds them.
     """
 
     admitted: int = 0

@@ -21,7 +21,6 @@ class RecordingPublisher:
 
     Attributes:
         topic: Its full name, remapped or not.
-        wanted: Whether anyone subscribes or records; kept by events, since asking costs time.
     """
 
     def __init__(
@@ -31,15 +30,25 @@ class RecordingPublisher:
         type_name: str,
         recorder: Recorder,
         profile: QoSProfile = OUTPUT,
+        wanted: set[str] | None = None,
     ) -> None:
         """Publish on ``topic``, remapped or not.
+
+        Args:
+            node: The node that publishes.
+            topic: The topic.
+            type_name: Its type.
+            recorder: What records it.
+            profile: Quality of service; ``qos_overrides`` go on top.
+            wanted: Holds the full name of the topic while anyone subscribes or records. It is kept
+                by events, since asking costs time; publishers that share it are asked all at once.
 
         Raises:
             MessageError: The type is not installed.
         """
         message_type = load_message_class(type_name)
         self._recorder = recorder
-        self.wanted = recorder.records
+        self._wanted = set() if wanted is None else wanted
         profile = copy.copy(profile)  # overrides are written into it
         events = PublisherEventCallbacks(
             incompatible_qos=lambda event: log_unfit_subscription(node, self.topic, profile, event),
@@ -55,6 +64,12 @@ class RecordingPublisher:
             )
         self.topic: str = self._publisher.topic_name
         recorder.add(self.topic, type_name, profile)
+        self._note(recorder.records)
+
+    @property
+    def wanted(self) -> bool:
+        """Whether anyone subscribes or records."""
+        return self.topic in self._wanted
 
     @property
     def subscribers(self) -> int:
@@ -62,7 +77,10 @@ class RecordingPublisher:
         return int(self._publisher.get_subscription_count())
 
     def _on_matched(self, event: Any) -> None:
-        self.wanted = self._recorder.records or event.current_count > 0
+        self._note(self._recorder.records or event.current_count > 0)
+
+    def _note(self, wanted: bool) -> None:
+        (self._wanted.add if wanted else self._wanted.discard)(self.topic)
 
     def send(self, data: bytes, log_ns: int) -> None:
         """Publish a serialised message and record it at ``log_ns``."""
