@@ -171,7 +171,7 @@ def outcome(tuned: Tuned, unit: str) -> str:
 def _gain_over_one_sensor(tuned: Tuned, u: str) -> str:
     """Return what to do where the fusion hardly pays, ``""`` where it does."""
     if tuned.chosen in {"s1", "s2"}:
-        return f"; {tuned.chosen} alone is as good as anything: you do not need the node"
+        return _alone(tuned, u)
     alone = min(("s1", "s2"), key=tuned.baseline_errors.__getitem__)
     error = tuned.baseline_errors[alone]
     if tuned.error <= HARDLY_BETTER * error:
@@ -180,6 +180,18 @@ def _gain_over_one_sensor(tuned: Tuned, u: str) -> str:
     return (
         f". WARNING: this is {how_much} better than {alone} alone ({error:.4g}{u}): run check; "
         "is S2 right throughout, also at rest?"
+    )
+
+
+def _alone(tuned: Tuned, u: str) -> str:
+    """Return what a choice of one sensor means."""
+    errors = tuned.baseline_errors
+    best = min(errors, key=errors.__getitem__)
+    if errors[best] > HARDLY_BETTER * tuned.error:
+        return f"; {tuned.chosen} alone is as good as anything: you do not need the node"
+    return (
+        f". WARNING: no fit was better than {tuned.chosen} alone, but the filter {best} is "
+        f"({errors[best]:.4g}{u}): use that, or record a truth and tune to it"
     )
 
 

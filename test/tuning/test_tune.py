@@ -703,6 +703,10 @@ def test_a_fit_hardly_better_than_a_sensor_alone_is_warned_of(tuned: Tuned) -> N
     alone = outcome(poor._replace(chosen="s2"), "m/s")
     assert "s2 alone is as good as anything: you do not need the node" in alone
     assert "WARNING" not in alone
+    filtered = poor._replace(chosen="s1", baseline_errors={"s1": 1.0, "kalman_lag": 0.1})
+    assert "no fit was better than s1 alone, but the filter kalman_lag is (0.1 m/s): use" in (
+        outcome(filtered, "m/s")
+    )
 
 
 @pytest.mark.parametrize(
