@@ -26,6 +26,7 @@ def row(ours: list[float], kalman: list[float]) -> dict[str, Any]:
         "chosen": "observer",
         "correlation": 0.9,
         "others": {"s1": 2.0, "s2": 3.0},
+        "picked": "s2",
         "sureness": {"ours": ours, "s1": UNKNOWN, "kalman_bias": kalman},
         "candidates": {},
         "seconds": 1.0,
@@ -53,6 +54,6 @@ def test_errors_have_a_row_for_each_way_of_tuning() -> None:
     made = row(UNKNOWN, UNKNOWN)
     rows = markdown([made, {**made, "truth": False, "constant": 3.0}])[2:]
     assert rows == [
-        "| drive | yes | 2 | 2 `s1` | 1 | 0.50 | 1.00 |",
-        "| drive | no | 2 | 2 `s1` | 1 | 0.50 | 3.00 |",
+        "| drive | yes | 2 | 2 `s1` | 1 | 0.50 | 0.33 `s2` | 1.00 |",
+        "| drive | no | 2 | 2 `s1` | 1 | 0.50 | 0.33 `s2` | 3.00 |",
     ]
