@@ -136,8 +136,7 @@ def learn(
         before = 0
     n = len(state.history)
     history = state.history.copy()
-    for i in range(n - 1):
-        history[i] = state.history[i + 1]
+    history[: n - 1] = state.history[1:]
     history[n - 1] = bounded(estimate)
     filled = min(before + 1, n)
     rules = state.rules
@@ -283,15 +282,20 @@ def descend(
     for rule in range(len(consequents)):
         consequent = consequents[rule]
         common = share * strengths[rule]
-        pull = common * (consequent - output)
+        pull = common * (consequent - output) * 2.0
         consequents[rule] = consequent - common
         for x in inputs:
             centre = centres[k]
             width = widths[k]
             distance = x - centre
-            to_centre = pull * 2.0 * distance / (width * width)
+            to_centre = pull * distance / (width * width)
             to_width = to_centre * distance / width
-            centres[k] = centre - clamped(to_centre, -width, width)
-            widths[k] = max(width - clamped(to_width, -width, width), narrowest)
+            if not -width <= to_centre <= width:  # calls would cost most of the time of this
+                to_centre = clamped(to_centre, -width, width)
+            if not -width <= to_width <= width:
+                to_width = clamped(to_width, -width, width)
+            centres[k] = centre - to_centre
+            narrower = width - to_width
+            widths[k] = narrowest if narrower < narrowest else narrower
             k += 1
     return Rules(centres=centres, widths=widths, consequents=consequents)
