@@ -12,9 +12,9 @@ from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.checking import pair
 from fuzzy_fusion_ros.checking.clocks import Clocks, Stamped, judge_clocks
 from fuzzy_fusion_ros.checking.finding import Finding, Level
-from fuzzy_fusion_ros.checking.motion import Motion, halved, motion_of
+from fuzzy_fusion_ros.checking.motion import halved, motion_of
 from fuzzy_fusion_ros.checking.publishers import judge_publishers
-from fuzzy_fusion_ros.checking.relation import MOST_POINTS, Kind, Relation, lag_of, relations
+from fuzzy_fusion_ros.checking.relation import MOST_POINTS, Comparison, Kind, Relation
 from fuzzy_fusion_ros.checking.samples import SensorSamples, TwoSensors
 from fuzzy_fusion_ros.checking.stamps import ClockStep, deliveries, judge_stamps
 from fuzzy_fusion_ros.checking.values import Values, judge_values, wrap_of
@@ -235,30 +235,31 @@ def _compare(
     start_ns, kind = sensors.start_ns, pair.kind_by_units(sensors)
     expected = Kind.S1_RATE if sensors.is_rate else Kind.VALUE
 
-    def hypotheses(one: Motion, other: Motion) -> list[Relation]:
-        return [each for each in relations(one, other, most_points) if kind in {None, each.kind}]
+    def hypotheses(compared: Comparison) -> list[Relation]:
+        return [each for each in compared.relations if kind in {None, each.kind}]
 
     def related(s1_s: Reals, s2_s: Reals) -> float | None:
-        found = hypotheses(motion_of(s1_s, s1.clean), motion_of(s2_s, s2.clean))
-        return pair.least_cost(found, expected)
+        motions = motion_of(s1_s, s1.clean), motion_of(s2_s, s2.clean)
+        return pair.least_cost(hypotheses(Comparison(*motions, most_points)), expected)
 
     clocks = judge_clocks(
         Stamped(s1.usable, s1.steps), Stamped(s2.usable, s2.steps), start_ns, related
     )
     one, other = motion_of(clocks.s1_s, s1.clean), motion_of(clocks.s2_s, s2.clean)
-    found = hypotheses(one, other)
+    compared = Comparison(one, other, most_points)
+    found = hypotheses(compared)
     findings = [*clocks.findings, *pair.stuck("s1", one, "s2", other)]
     findings += pair.stuck("s2", other, "s1", one)
     about_relation, relation = pair.judge_relation(
         found, expected, s1.usable.scale, only_units=period > 0.0 or kind is not None
     )
     if relation is not None and any(each.level > Level.INFO for each in about_relation):
-        halves = [hypotheses(*half) for half in halved(one, other)]
+        halves = [hypotheses(Comparison(*half, most_points)) for half in halved(one, other)]
         if not pair.is_lasting(relation, halves):
             about_relation, relation = [pair.passing(relation)], None
     findings += about_relation
     if relation is not None:
-        relation = relation._replace(lag=lag_of(one, other, relation, most_points))
+        relation = relation._replace(lag=compared.lag_of(relation))
     if relation is not None and relation.kind is Kind.VALUE:
         findings += pair.exchanged(relation, one, other)
     if relation is not None and not any(each.level for each in findings):

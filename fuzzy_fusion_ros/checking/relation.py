@@ -86,6 +86,9 @@ RIVAL = 1.15
 LEAST_CORRELATION = 0.05
 """Hypotheses with a lower correlation are dropped."""
 
+POINTS_AT_ONCE = 2**17
+"""Points that are transformed in one call: short recordings over all times, long ones over one."""
+
 NOTHING = 1e-12
 """A line whose steps differ by this share of its values or less is straight but for rounding."""
 
@@ -177,48 +180,50 @@ class Relation(NamedTuple):
         return abs(math.log(conversion[1] / self.middle_scale))
 
 
-def relations(s1: Motion, s2: Motion, most_points: int = MOST_POINTS) -> list[Relation]:
-    """Return every hypothesis with what suits it best, the most credible first.
+class Comparison:
+    """The motion of two sensors, compared.
 
-    Args:
-        s1: Motion of S1.
-        s2: Motion of S2, on the same clock.
-        most_points: Points to compare; the time that this takes is proportional.
-
-    Returns:
-        Empty if both have too few samples together, or one of them never moves.
+    Attributes:
+        relations: Every hypothesis with what suits it best, the most credible first; empty if both
+            have too few samples together, or one of them never moves.
     """
-    grid = _grid(s1, s2, most_points)
-    if grid is None:
-        return []
-    found = [best for each in _hypotheses(grid) for best in _best(grid, each)]
-    return sorted(found, key=lambda each: each.cost)
 
+    def __init__(self, s1: Motion, s2: Motion, most_points: int = MOST_POINTS) -> None:
+        """Compare.
 
-def lag_of(s1: Motion, s2: Motion, relation: Relation, most_points: int = MOST_POINTS) -> float:
-    """Return the lag of a relation by itself, without regard to what is usual.
+        Args:
+            s1: Motion of S1.
+            s2: Motion of S2, on the same clock.
+            most_points: Points to compare; the time that this takes is proportional.
+        """
+        self.relations: list[Relation] = []
+        self._tried: dict[Kind, list[_Tried]] = {}
+        self._grid = _grid(s1, s2, most_points)
+        if self._grid is not None:
+            for each in _hypotheses(self._grid):
+                best, self._tried[each.kind] = _best(self._grid, each)
+                self.relations += best
+            self.relations.sort(key=lambda each: each.cost)
 
-    Of all times to take changes over, the one that determines the lag best is used: over long
-    ones, noise is small but the correlation hardly changes with the lag.
+    def lag_of(self, relation: Relation) -> float:
+        """Return the lag of a relation by itself, without regard to what is usual.
 
-    Args:
-        s1: Motion of S1.
-        s2: Motion of S2, on the same clock.
-        relation: What they are to each other; the lag is looked for near its own.
-        most_points: As :func:`relations` takes them.
+        Of all times to take changes over, the one that determines the lag best is used: over long
+        ones, noise is small but the correlation hardly changes with the lag.
 
-    Returns:
-        Delay and time constant of S2 together, seconds; negative if S2 is ahead.
-    """
-    grid = _grid(s1, s2, most_points)
-    if grid is None:
-        return relation.lag
-    hypothesis = next(each for each in _hypotheses(grid) if each.kind is relation.kind)
-    found = [
-        _Located(relation.lag, math.inf),
-        *(_located(grid, relation, tried) for tried in _tried(grid, hypothesis)),
-    ]
-    return min(found, key=lambda each: each.variance).lag
+        Args:
+            relation: One of these; the lag is looked for near its own.
+
+        Returns:
+            Delay and time constant of S2 together, seconds; negative if S2 is ahead.
+        """
+        if self._grid is None:
+            return relation.lag
+        found = [
+            _Located(relation.lag, math.inf),
+            *(_located(self._grid, relation, tried) for tried in self._tried[relation.kind]),
+        ]
+        return min(found, key=lambda each: each.variance).lag
 
 
 class _Grid(NamedTuple):
@@ -370,91 +375,92 @@ def _transform(grid: _Grid, steps: Reals) -> Spectrum:
 
 
 class _Tried(NamedTuple):
-    """A hypothesis, seen over some time and through several low-passes.
+    """A hypothesis, seen over some times and through several low-passes: a row for each of both.
 
     Attributes:
-        kind: Its kind.
-        over: Time that changes are taken over, seconds.
+        over: Times that changes are taken over, shape (m,), seconds.
         time_constants: Of the low-passes, shape (m,), seconds.
-        correlation: At every lag, as :func:`numpy.fft.irfft` puts them, shape (m, size).
+        correlation: At the lags to try, shape (m, k).
+        delay: What S2 is delayed by there, shape (m, k), seconds.
         ratios: Size of what S2 does to that of what S1 says it should do, shape (m,).
     """
 
-    kind: Kind
-    over: float
+    over: Reals
     time_constants: Reals
     correlation: Reals
+    delay: Reals
     ratios: Reals
 
-    def near(self, grid: _Grid) -> tuple[Reals, Reals]:
-        """Return the correlation at the lags to try, and what S2 is delayed by there, (m, k)."""
-        return (
-            np.take(self.correlation, grid.lags, axis=1),
-            grid.step * grid.lags + self.time_constants[:, None],
-        )
 
+def _tried(grid: _Grid, hypothesis: _Hypothesis) -> Iterator[tuple[_Tried, Reals]]:
+    """Yield a hypothesis over each time in which S2 moves, through all low-passes.
 
-def _tried(grid: _Grid, hypothesis: _Hypothesis) -> Iterator[_Tried]:
-    """Yield a hypothesis over each time in which S2 moves, through all low-passes."""
+    With it comes the correlation at every lag, as :func:`numpy.fft.irfft` puts them, shape
+    (m, size).
+    """
     is_value = hypothesis.kind is Kind.VALUE
     constants = np.array(_time_constants(grid) if is_value else [0.0])
     low_passes = 1.0 / (1.0 + 2j * np.pi * grid.frequency * constants[:, None])
     changes = hypothesis.s2 * grid.windows
     powers = _powers(changes)
     moved = grid.spans * np.sqrt(powers)
-    for k in np.flatnonzero(moved >= LEAST_MOTION * moved.max()):
-        s1 = hypothesis.s1 * grid.windows[k] * low_passes
+    live = np.flatnonzero(moved >= LEAST_MOTION * moved.max())
+    at_once = max(1, POINTS_AT_ONCE // (constants.size * grid.size))
+    for first in range(0, live.size, at_once):
+        k = live[first : first + at_once]
+        s1 = (hypothesis.s1 * grid.windows[k])[:, None] * low_passes
         expected = _powers(s1)
-        if min(expected.min(), powers[k]) > TINY:
-            products = np.fft.irfft(np.conj(s1) * changes[k], grid.size) * (0.5 * grid.size)
-            correlation = products / np.sqrt(expected * powers[k])[:, None]
-            ratios = np.sqrt(powers[k] / expected)
-            yield _Tried(hypothesis.kind, float(grid.spans[k]), constants, correlation, ratios)
+        usable = np.minimum(expected.min(axis=1), powers[k]) > TINY
+        if not usable.any():
+            continue
+        k, s1, expected = k[usable], s1[usable], expected[usable]
+        products = np.fft.irfft(np.conj(s1) * changes[k, None], grid.size) * (0.5 * grid.size)
+        correlation = products / np.sqrt(expected * powers[k, None])[:, :, None]
+        every_lag = correlation.reshape(-1, grid.size)
+        time_constants = np.tile(constants, k.size)
+        tried = _Tried(
+            over=np.repeat(grid.spans[k], constants.size),
+            time_constants=time_constants,
+            correlation=np.take(every_lag, grid.lags, axis=1),
+            delay=grid.step * grid.lags + time_constants[:, None],
+            ratios=np.sqrt(powers[k, None] / expected).ravel(),
+        )
+        yield tried, every_lag
 
 
-class _Best(NamedTuple):
-    """A relation, the cheapest of those looked at.
-
-    Attributes:
-        relation: The relation; its chance is not known yet.
-        correlation: At every lag, shape (size,).
-    """
-
-    relation: Relation
-    correlation: Reals
-
-
-def _best(grid: _Grid, hypothesis: _Hypothesis) -> list[Relation]:
-    """Return a hypothesis with either sign, each with the lag that costs least."""
-    best: dict[int, _Best] = {}
-    for tried in _tried(grid, hypothesis):
-        correlation, delay = tried.near(grid)
+def _best(grid: _Grid, hypothesis: _Hypothesis) -> tuple[list[Relation], list[_Tried]]:
+    """Return a hypothesis with either sign, each with the lag that costs least; and all tried."""
+    best: dict[int, Relation] = {}
+    seen: list[_Tried] = []
+    for tried, every_lag in _tried(grid, hypothesis):
+        seen.append(tried)
+        correlation = tried.correlation
         # Both overlap less at long lags, which speaks against these.
         early = tried.time_constants[:, None] - LEAD * grid.step * grid.lags
-        lag_cost = np.where(grid.lags >= 0, delay, early) / _usual_lag(grid)
+        lag_cost = np.where(grid.lags >= 0, tried.delay, early) / _usual_lag(grid)
         unexplained = 1.0 - np.square(np.clip(correlation, -1.0, 1.0)) + MODEL_ERROR
         misfit = WEIGHT * np.log(unexplained)
         for sign in (1, -1):
             cost = np.where(sign * correlation > 0.0, misfit, NO_FIT) + lag_cost
             cost += _kind_cost(hypothesis.kind, sign)
-            limit = best[sign].relation.cost if sign in best else math.inf
-            found = _cheapest(tried, sign, cost, sign * correlation, delay, limit)
+            limit = best[sign].cost if sign in best else math.inf
+            found = _cheapest(tried, hypothesis.kind, sign, cost, limit)
             if found is not None:
-                best[sign] = found
-    return [each._replace(chance=_chance(grid, whole)) for each, whole in best.values()]
+                relation, row = found
+                best[sign] = relation._replace(chance=_chance(grid, every_lag[row]))
+    return list(best.values()), seen
 
 
 def _cheapest(
-    tried: _Tried, sign: int, cost: Reals, correlation: Reals, delay: Reals, limit: float
-) -> _Best | None:
-    """Return the cheapest relation of one sign, None if none costs less than a limit.
+    tried: _Tried, kind: Kind, sign: int, cost: Reals, limit: float
+) -> tuple[Relation, int] | None:
+    """Return the cheapest relation of one sign, and its row; None if none costs less than a limit.
 
     Args:
         tried: The hypothesis.
+        kind: Its kind.
         sign: The sign.
         cost: Of misfit, lag, kind and sign, shape (m, k).
-        correlation: With that sign, shape (m, k).
-        delay: Of S2, seconds, shape (m, k).
         limit: What it must cost less than.
     """
     best = None
@@ -464,15 +470,15 @@ def _cheapest(
         k = lags[m]
         if cost[m, k] >= limit:
             break  # the scale can only add to it
-        r, ratio = min(float(correlation[m, k]), 1.0), float(tried.ratios[m])
+        r, ratio = min(sign * float(tried.correlation[m, k]), 1.0), float(tried.ratios[m])
         if r <= LEAST_CORRELATION:
             continue
         scale = (r * ratio, ratio / r)
         total = float(cost[m, k]) + _scale_cost(scale)
         if total < limit:
-            lag = float(delay[m, k])
-            found = Relation(tried.kind, sign, lag, r, scale, chance=math.nan, cost=total)
-            best, limit = _Best(found, tried.correlation[m]), total
+            lag = float(tried.delay[m, k])
+            best = Relation(kind, sign, lag, r, scale, chance=math.nan, cost=total), int(m)
+            limit = total
     return best
 
 
@@ -503,8 +509,7 @@ class _Located(NamedTuple):
 
 def _located(grid: _Grid, relation: Relation, tried: _Tried) -> _Located:
     """Return the lag at the top of the correlation, on a parabola through it."""
-    correlation, lags = tried.near(grid)
-    near = relation.sign * correlation
+    near, lags = relation.sign * tried.correlation, tried.delay
     first = np.where(tried.time_constants > 0.0, 0, grid.lags[0] + 1)[:, None]
     usable = (grid.lags >= first) & (grid.lags < grid.lags[-1])
     usable &= np.abs(lags - relation.lag) <= _usual_lag(grid)
@@ -517,7 +522,7 @@ def _located(grid: _Grid, relation: Relation, tried: _Tried) -> _Located:
         return _Located(relation.lag, math.inf)
     rows, k, before, top, after, bend = (each[bent] for each in (rows, k, before, top, after, bend))
     found = lags[rows, k] + 0.5 * grid.step * np.clip((after - before) / bend, -1.0, 1.0)
-    variances = tried.over * (1.0 - np.square(np.minimum(top, 1.0)) + MODEL_ERROR) / bend
+    variances = tried.over[rows] * (1.0 - np.square(np.minimum(top, 1.0)) + MODEL_ERROR) / bend
     best = int(np.argmin(variances))
     return _Located(float(found[best]), float(variances[best]))
 
@@ -546,6 +551,6 @@ def _allows(scale: tuple[float, float], factor: float, off: float) -> bool:
 
 
 def _powers(spectra: Spectrum) -> Reals:
-    """Return the power of each of some spectra, shape (m, frequencies)."""
-    powers: Reals = np.square(np.linalg.norm(spectra, axis=1))
+    """Return the power of each of some spectra, shape (..., frequencies)."""
+    powers: Reals = np.square(np.linalg.norm(spectra, axis=-1))
     return powers

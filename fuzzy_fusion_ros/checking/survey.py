@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals
 from fuzzy_fusion_ros.checking.motion import Motion
 from fuzzy_fusion_ros.checking.pair import BEYOND_DOUBT, RELATED
-from fuzzy_fusion_ros.checking.relation import Kind, Relation, lag_of, relations
+from fuzzy_fusion_ros.checking.relation import Comparison, Kind, Relation
 from fuzzy_fusion_ros.core.numerics import LARGEST
 from fuzzy_fusion_ros.messages.units import RATES
 
@@ -94,10 +94,10 @@ def survey(fields: Sequence[Field]) -> list[Together]:
     moving = sorted(moving, key=lambda each: -each.motion.values.size)[:MOST_FIELDS]
     if len(moving) < 2:
         return []
-    found = [_together(moving[i], moving[j]) for i, j in _candidates(moving)]
     # among this many pairs some reach this multiple of chance
     times = math.sqrt(2.0 * math.log(max(2, len(moving) * (len(moving) - 1) // 2)))
-    sure = [_timed(each) for each in found if each is not None and _is_sure(each.relation, times)]
+    pairs = (_pair(moving[i], moving[j]) for i, j in _candidates(moving))
+    sure = [each.together() for each in pairs if each is not None and each.is_sure(times)]
     return sorted(sure, key=lambda each: -each.relation.correlation)
 
 
@@ -108,35 +108,45 @@ def moves(motion: Motion) -> bool:
     return bool(np.ptp(motion.values) > 0.0)
 
 
-def _is_sure(relation: Relation, times: float) -> bool:
-    if relation.correlation >= BEYOND_DOUBT:
-        return True
-    return relation.correlation >= max(RELATED, times * relation.chance)
+class _Pair(NamedTuple):
+    """Two fields and how they compare, by at least one relation."""
+
+    s1: Field
+    s2: Field
+    compared: Comparison
+
+    @property
+    def relation(self) -> Relation:
+        """The most credible relation."""
+        return self.compared.relations[0]
+
+    def is_sure(self, times: float) -> bool:
+        """Return whether the relation is more than chance, this many times it for a weak one."""
+        r = self.relation.correlation
+        return r >= BEYOND_DOUBT or r >= max(RELATED, times * self.relation.chance)
+
+    def together(self) -> Together:
+        """Return the pair with its lag by itself."""
+        lag = self.compared.lag_of(self.relation)
+        return Together(self.s1, self.s2, self.relation._replace(lag=lag))
 
 
-def _together(one: Field, other: Field) -> Together | None:
-    """Return what two fields are to each other."""
+def _pair(one: Field, other: Field) -> _Pair | None:
+    """Return what two fields are to each other; None if there is no relation."""
     s1, s2 = sorted((one, other), key=lambda each: each.motion.interval)
-    best = _best(s1, s2)
+    best = _compared(s1, s2)
     if best is None or s2.motion.interval >= SAME_INTERVAL * s1.motion.interval:
         return best
     if best.relation.kind is Kind.S2_RATE:  # a rate is the fast sensor
-        return _best(s2, s1) or best
+        return _compared(s2, s1) or best
     if best.relation.kind is Kind.VALUE and best.relation.lag < 0.0:
-        return min((best, _best(s2, s1) or best), key=lambda each: each.relation.cost)
+        return min((best, _compared(s2, s1) or best), key=lambda each: each.relation.cost)
     return best
 
 
-def _timed(together: Together) -> Together:
-    """Return a pair with its lag by itself."""
-    s1, s2, relation = together
-    lag = lag_of(s1.motion, s2.motion, relation, CLOSE_POINTS)
-    return together._replace(relation=relation._replace(lag=lag))
-
-
-def _best(s1: Field, s2: Field) -> Together | None:
-    found = relations(s1.motion, s2.motion, CLOSE_POINTS)
-    return Together(s1, s2, found[0]) if found else None
+def _compared(s1: Field, s2: Field) -> _Pair | None:
+    compared = Comparison(s1.motion, s2.motion, CLOSE_POINTS)
+    return _Pair(s1, s2, compared) if compared.relations else None
 
 
 def _candidates(fields: Sequence[Field]) -> list[tuple[int, int]]:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fuzzy_fusion_ros.checking.motion import Motion
-from fuzzy_fusion_ros.checking.relation import MOST_GAPS, MOST_POINTS, _grid, relations
+from fuzzy_fusion_ros.checking.relation import MOST_GAPS, MOST_POINTS, Comparison, _grid
 
 
 def bump(time_s: np.ndarray, at: float) -> np.ndarray:
@@ -18,7 +18,7 @@ def bump(time_s: np.ndarray, at: float) -> np.ndarray:
 def test_the_end_of_one_sensor_is_not_compared_with_the_start_of_the_other(points: int) -> None:
     time_s = 0.1 * np.arange(points + 1)
     s1, s2 = bump(time_s, time_s[-1] - 1.5), bump(time_s, 1.5)
-    found = relations(Motion(time_s, s1), Motion(time_s, s2))
+    found = Comparison(Motion(time_s, s1), Motion(time_s, s2)).relations
     assert max((each.correlation for each in found), default=0.0) < 0.1
 
 
@@ -32,6 +32,6 @@ def test_work_grows_with_samples_not_with_time(jump_s: float) -> None:
     grid = _grid(s1, s2, MOST_POINTS)
     assert grid is not None
     assert grid.s1.size <= MOST_GAPS * time_s.size
-    best = relations(s1, s2)[0]
+    best = Comparison(s1, s2).relations[0]
     assert best.sign == -1
     assert best.correlation > 0.9
