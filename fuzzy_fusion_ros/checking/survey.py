@@ -207,8 +207,8 @@ def _steps(fields: Sequence[Field]) -> list[_Steps]:
 
 def _some_steps(fields: Sequence[Field], times: Reals) -> list[_Steps]:
     values = np.array([_binned(each.motion, times) for each in fields])
-    changes, integrals = np.diff(values), 0.5 * (values[:, 1:] + values[:, :-1])
-    return [_Steps(_normalised(changes, span), _normalised(integrals, span)) for span in SPANS]
+    both = np.stack([np.diff(values), 0.5 * (values[:, 1:] + values[:, :-1])])
+    return [_Steps(*_normalised(both, span)) for span in SPANS]
 
 
 def _correlations(
@@ -237,11 +237,12 @@ def _binned(motion: Motion, times: Reals) -> Reals:
 
 def _normalised(steps: Reals, span: int) -> NDArray[np.float32]:
     """Return what happens over a span, smoothed over as long, every half of it; rows of norm 1."""
-    sums = np.pad(steps - steps.mean(axis=1, keepdims=True), ((0, 0), (span, span)))
+    around = [(0, 0)] * (steps.ndim - 1)
+    sums = np.pad(steps - steps.mean(axis=-1, keepdims=True), [*around, (span, span)])
     for _ in range(2):
-        total = np.pad(np.cumsum(sums, axis=1), ((0, 0), (span, 0)))
-        sums = total[:, span:] - total[:, :-span]
-    sums = sums[:, :: span // 2]
-    norm = np.linalg.norm(sums, axis=1, keepdims=True)
-    least = np.abs(steps).max(axis=1, keepdims=True) * NOTHING
+        total = np.pad(np.cumsum(sums, axis=-1), [*around, (span, 0)])
+        sums = total[..., span:] - total[..., :-span]
+    sums = sums[..., :: span // 2]
+    norm = np.linalg.norm(sums, axis=-1, keepdims=True)
+    least = np.abs(steps).max(axis=-1, keepdims=True) * NOTHING
     return np.where(norm > least, sums / np.where(norm > 0.0, norm, 1.0), 0.0).astype(np.float32)
