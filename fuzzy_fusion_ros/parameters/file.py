@@ -63,9 +63,14 @@ def load(path: str | Path, node_name: str = "fusion_node") -> dict[str, Any]:
         ParameterFileError: The file is missing, is not a parameter file, or holds nothing for the
             node.
     """
+    return dict(_for_node(str(path), read_text(path), node_name))
+
+
+@lru_cache(maxsize=4)  # many bags take the same file
+def _for_node(path: str, text: str, node_name: str) -> Mapping[str, Any]:
     found: dict[str, Any] = {}
     others: list[str] = []
-    for owner, values in _sections(path):
+    for owner, values in _sections(path, text):
         if applies(owner, node_name):
             found.update(values)
         else:
@@ -84,7 +89,7 @@ def owners(path: str | Path) -> list[str]:
     Raises:
         ParameterFileError: The file is missing or is not a parameter file.
     """
-    return [owner for owner, _ in _sections(path)]
+    return [owner for owner, _ in _sections(path, read_text(path))]
 
 
 def parameters_from(path: str | Path, node_name: str = "fusion_node") -> Parameters:
@@ -93,7 +98,12 @@ def parameters_from(path: str | Path, node_name: str = "fusion_node") -> Paramet
     Raises:
         ParameterError: As :func:`load`; a name is unknown, or a value or combination not allowed.
     """
-    values = load(path, node_name)
+    return _parameters(str(path), read_text(path), node_name)
+
+
+@lru_cache(maxsize=4)  # many bags take the same file
+def _parameters(path: str, text: str, node_name: str) -> Parameters:
+    values = _for_node(path, text, node_name)
     own = {name: value for name, value in values.items() if not is_builtin(name)}
     try:
         if "channels" in own:  # they decide which names are known
@@ -226,18 +236,13 @@ def _reading(path: str | Path) -> Iterator[None]:
         raise ParameterFileError(path, f"cannot be read: {reason}") from None
 
 
-def _sections(path: str | Path) -> Iterator[tuple[str, dict[str, Any]]]:
+def _sections(path: str | Path, text: str) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield each node's name in a file with its parameters."""
     with _reading(path):
-        root = _composed(read_yaml_text(Path(path)))
+        root = yaml.compose(checked_yaml(text, aliases=False), LOADER)
     if not isinstance(root, yaml.MappingNode):
         raise ParameterFileError(path, f"expected node names with {KEY}: below them")
     yield from _nodes_in(path, root, "")
-
-
-@lru_cache(maxsize=4)  # for many bags the same file is read many times
-def _composed(text: str) -> Any:
-    return yaml.compose(checked_yaml(text, aliases=False), LOADER)
 
 
 def _nodes_in(path: str | Path, node: Any, owner: str) -> Iterator[tuple[str, dict[str, Any]]]:

@@ -7,8 +7,9 @@ over the magnitude of the error, as users of evo know them; ``bias`` and ``std``
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -36,8 +37,9 @@ UNSURE: Reals = np.empty(0)
 """No standard deviation at all."""
 
 
-class Matched(NamedTuple):
-    """An estimate and the truth.
+@dataclass(frozen=True, eq=False)
+class Matched:
+    """An estimate and the truth, for which every metric is defined.
 
     Attributes:
         time_s: Times, rising, shape (n,), seconds.
@@ -45,14 +47,30 @@ class Matched(NamedTuple):
         truth: The truth, finite, shape (n,).
         deviation: Standard deviation of the estimate as the filter has it, more than 0, shape
             (n,); empty where it has none, and then not for :data:`SURENESS`.
+
+    Raises:
+        ScoreError: There is no sample, shapes differ, times do not rise, or a number is not finite.
     """
 
     time_s: Reals
     estimate: Reals
     truth: Reals
-    deviation: Reals = UNSURE
+    deviation: Reals = field(default_factory=lambda: UNSURE)
 
-    @property
+    def __post_init__(self) -> None:
+        arrays = [self.time_s, self.estimate, self.truth]
+        arrays += [] if self.deviation is UNSURE else [self.deviation]
+        shapes = {array.shape for array in arrays}
+        if len(shapes) != 1 or self.time_s.ndim != 1:
+            raise ScoreError(f"got arrays of shapes {sorted(shapes)}, expected three of one (n,)")
+        if self.time_s.size == 0:
+            raise ScoreError("got no sample, expected at least one")
+        if not all(np.isfinite(array).all() for array in arrays):
+            raise ScoreError("got a number that is not finite, expected finite ones only")
+        if not (np.diff(self.time_s) > 0.0).all():
+            raise ScoreError("got times that do not increase, expected increasing ones")
+
+    @cached_property
     def error(self) -> Reals:
         """Estimate minus truth, shape (n,)."""
         return self.estimate - self.truth
@@ -79,86 +97,56 @@ class Metric(NamedTuple):
         return self.unit.replace("u", compound)
 
 
-def _checked(function: Callable[[Matched], float]) -> Callable[[Matched], float]:
-    """Reject input for which a metric is undefined."""
-
-    @functools.wraps(function)
-    def check(matched: Matched) -> float:
-        shapes = {array.shape for array in matched if array is not UNSURE}
-        if len(shapes) != 1 or matched.time_s.ndim != 1:
-            raise ScoreError(f"got arrays of shapes {sorted(shapes)}, expected three of one (n,)")
-        if matched.time_s.size == 0:
-            raise ScoreError("got no sample, expected at least one")
-        if not all(np.isfinite(array).all() for array in matched):
-            raise ScoreError("got a number that is not finite, expected finite ones only")
-        if not (np.diff(matched.time_s) > 0.0).all():
-            raise ScoreError("got times that do not increase, expected increasing ones")
-        return function(matched)
-
-    return check
-
-
-@_checked
 def rmse(matched: Matched) -> float:
     """Return the root of the mean squared error."""
     return root_mean_square(matched.error)
 
 
-@_checked
 def mae(matched: Matched) -> float:
     """Return the mean magnitude of the error; evo calls it mean."""
     return float(np.mean(np.abs(matched.error)))
 
 
-@_checked
 def median(matched: Matched) -> float:
     """Return the median magnitude of the error."""
     return float(np.median(np.abs(matched.error)))
 
 
-@_checked
 def std(matched: Matched) -> float:
     """Return the standard deviation of the error."""
     return float(np.std(matched.error))
 
 
-@_checked
 def smallest(matched: Matched) -> float:
     """Return the smallest magnitude of the error."""
     return float(np.min(np.abs(matched.error)))
 
 
-@_checked
 def largest(matched: Matched) -> float:
     """Return the largest magnitude of the error."""
     return float(np.max(np.abs(matched.error)))
 
 
-@_checked
 def sse(matched: Matched) -> float:
     """Return the sum of the squared errors."""
     return float(np.sum(np.square(matched.error)))
 
 
-@_checked
 def bias(matched: Matched) -> float:
     """Return the mean error."""
     return float(np.mean(matched.error))
 
 
-@_checked
 def iae(matched: Matched) -> float:
     """Return the time integral of the error's magnitude; each sample holds until the next."""
     return integral_absolute_error(matched.time_s, matched.error)
 
 
-@_checked
 def itae(matched: Matched) -> float:
     """Return that integral, weighted by the time since the first sample."""
     return integral_time_absolute_error(matched.time_s, matched.error)
 
 
-@_checked
 def lag(matched: Matched) -> float:
     """Return how late the estimate is, negative if early: the shift at which it fits best.
 
@@ -267,19 +255,16 @@ METRICS: Mapping[str, Metric] = MappingProxyType(
 )
 
 
-@_checked
 def within_1sd(matched: Matched) -> float:
     """Return the share of errors within one standard deviation: 0.68 if that is right."""
     return _within(matched, 1.0)
 
 
-@_checked
 def within_2sd(matched: Matched) -> float:
     """Return the share of errors within two standard deviations: 0.95 if they are right."""
     return _within(matched, 2.0)
 
 
-@_checked
 def nll(matched: Matched) -> float:
     """Return the mean negative log-likelihood of the errors, normal with those deviations."""
     deviation = matched.deviation

@@ -104,10 +104,12 @@ class Score(NamedTuple):
         found = {name: METRICS[name].function(matched) for name in names if name in METRICS}
         if "sse" in found:
             found["sse"] *= self.every
-        if estimator in self.deviations:
+        unsure = [name for name in names if name in SURENESS]
+        if unsure and estimator in self.deviations:
             deviation = self.deviations[estimator]
-            sure = Matched._make(each[deviation > 0.0] for each in (*matched[:3], deviation))
-            found |= {name: SURENESS[name].function(sure) for name in names if name in SURENESS}
+            rows = (matched.time_s, matched.estimate, matched.truth, deviation)
+            sure = Matched(*(each[deviation > 0.0] for each in rows))
+            found |= {name: SURENESS[name].function(sure) for name in unsure}
         return found
 
     @property
