@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TypeVar
@@ -86,6 +87,7 @@ def run(
         FusionError: There is one bag only, and it cannot be used; or no scheduler answers.
         KeyboardInterrupt: It says which are done, and what the others say of their work so far.
     """
+    gc.freeze()  # what is imported stays: not to be searched for garbage after every few bags
     ran: Iterator[R | Failure | Interrupted] = outcomes(
         task, list(items.values()), arguments.jobs, arguments.scheduler
     )
