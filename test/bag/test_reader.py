@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import gc
+import itertools
 import random
 import shutil
 import tracemalloc
@@ -451,10 +452,35 @@ def test_messages_that_do_not_decompress_are_told(tmp_path: Path) -> None:
         assert problem.startswith("/s1: messages do not decompress")
 
 
+def test_what_was_read_before_makes_no_difference(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Chunks of 1 kB with some of the topics, of which the first ones are kept."""
+    messages = points(120, ["/s1"]) + [
+        each._replace(log_ns=each.log_ns + 120 * STEP_NS) for each in points(240, ["/s2", "/s1"])
+    ]
+    path = write_by_mcap(tmp_path / "bag.mcap", messages, McapOptions(chunk_size=1 << 10))
+    monkeypatch.setattr(file, "BLOCK_BYTES", 1 << 13)
+    rng = random.Random(1)
+    with open_bag(path) as bag:
+        for _ in range(100):
+            topics = rng.choice([None, ["/s1"], ["/s2"], []])
+            start_s, end_s = sorted(rng.choice([rng.uniform(0.0, 4.0), 0.0, 4.0]) for _ in "ab")
+            begin_ns, end_ns = (BEGIN_NS + round(each * 1e9) for each in (start_s, end_s))
+            most = rng.choice([1, None])
+            found = list(itertools.islice(bag.messages(topics, start_s, end_s), most))
+            wanted = [
+                each
+                for each in messages
+                if begin_ns <= each.log_ns < end_ns and (topics is None or each.topic in topics)
+            ]
+            assert found == wanted[:most]
+
+
 def test_memory_is_flat_in_the_length_of_a_bag(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of 20,000 messages, never more than those of two blocks are alive at a time."""
+    """Of 20,000 messages, those of two blocks are alive at a time, and the first one."""
     path = write_bag(tmp_path / "bag", points(20_000, ["/s1", "/s2"]))
     gc.collect()
     monkeypatch.setattr(file, "BLOCK_BYTES", 1 << 16)
@@ -465,11 +491,11 @@ def test_memory_is_flat_in_the_length_of_a_bag(
         peak = tracemalloc.get_traced_memory()[1] - before
         tracemalloc.stop()
     assert count == 20_000
-    assert peak < 1_000_000
+    assert peak < 1_100_000
 
 
 def test_memory_is_flat_with_blocks_as_shipped(tmp_path: Path) -> None:
-    """Of 16 MB in messages, at most 6 are alive at a time."""
+    """Of 16 MB in messages, at most 7 are alive at a time: one is kept, to be read again."""
     large = [BagMessage("/cam", FLOAT, BEGIN_NS + at, bytes(40_000)) for at in range(400)]
     path = write_bag(tmp_path / "bag", large)
     with open_bag(path) as bag:
@@ -478,7 +504,7 @@ def test_memory_is_flat_with_blocks_as_shipped(tmp_path: Path) -> None:
         _, peak = tracemalloc.get_traced_memory()
         tracemalloc.stop()
     assert count == len(large)
-    assert BLOCK_BYTES <= peak < 6 * BLOCK_BYTES
+    assert BLOCK_BYTES <= peak < 7 * BLOCK_BYTES
 
 
 def test_chunks_that_overlap_are_copied_once(

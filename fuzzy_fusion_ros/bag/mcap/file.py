@@ -9,7 +9,8 @@ skips one chunk, and because it takes 0.6 of rosbags' CPU time per message and 0
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence, Set
+from bisect import bisect_left
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -52,7 +53,7 @@ class _Ordered(NamedTuple):
     block: Block
     rank: NDArray[np.int64]
 
-    def chosen(self, which: slice) -> _Ordered:
+    def chosen(self, which: NDArray[np.int64] | slice) -> _Ordered:
         """Return some of them; the buffer stays as it is."""
         return _Ordered(self.block.chosen(which), self.rank[which])
 
@@ -98,6 +99,34 @@ class _Loaded(NamedTuple):
     data: bytes
 
 
+class _Group(NamedTuple):
+    """Segments that are read together.
+
+    Attributes:
+        end: The place of the first segment after them.
+        segments: The segments.
+        messages: All their messages, of kinds that are the numbers of channels.
+    """
+
+    end: int
+    segments: list[Segment]
+    messages: _Ordered
+
+    def on(self, kinds: NDArray[np.int64], start_ns: int, stop_ns: int) -> _Ordered:
+        """Return some of the messages.
+
+        Args:
+            kinds: Of the messages of each channel, negative for those that are left out.
+            start_ns: Log times begin here, ns.
+            stop_ns: Log times end before this, ns.
+        """
+        block, rank = self.messages
+        of, log_ns = kinds[block.kinds], block.log_ns
+        there = (of >= 0) & (log_ns >= start_ns) & (log_ns < stop_ns)
+        found = _Ordered(block._replace(kinds=of), rank)
+        return found if there.all() else found.chosen(np.flatnonzero(there))
+
+
 class McapFile:
     """One MCAP file.
 
@@ -135,6 +164,7 @@ class McapFile:
             self._file.close()
             raise BagError(f"{str(path)!r}: {error}") from error
         self._segments = sorted(self._index.segments)
+        self._kept: dict[int, _Group] = {}
         places = sorted(each.offset for each in self._segments)
         self._ranks = {place: rank << _ORDER_BITS for rank, place in enumerate(places)}
         self.topics = list(self._channels.values())
@@ -145,6 +175,7 @@ class McapFile:
     def close(self) -> None:
         """Close the file."""
         self._file.close()
+        self._kept.clear()
 
     def messages(
         self, names: Collection[str] | None, start_ns: int, stop_ns: int
@@ -170,11 +201,19 @@ class McapFile:
             if names is None or topic.name in names:
                 kinds[number] = kind
         waiting: list[_Ordered] = []
-        for group in self._groups(set(np.flatnonzero(kinds >= 0).tolist()), start_ns, stop_ns):
-            before, waiting = _split(waiting, group[0].segment.start_ns)
+        wanted = set(np.flatnonzero(kinds >= 0).tolist())
+
+        def is_due(each: Segment) -> bool:
+            return each.end_ns >= start_ns and not (
+                each.channels and each.channels.isdisjoint(wanted)
+            )
+
+        for group in self._groups(is_due, stop_ns):
+            before, waiting = _split(waiting, group.segments[0].start_ns)
             if before:
                 yield _merged(before)
-            waiting.append(self._ordered(group, kinds, start_ns, stop_ns))
+            waiting.append(group.on(kinds, start_ns, stop_ns))
+            del group, before  # what is yielded need not be in memory with what is read next
         if waiting:
             yield _merged(waiting)
 
@@ -186,28 +225,40 @@ class McapFile:
                 self._note(str(error) if size else "it is empty")
             return McapScan(self._file, size, self._note).index()
 
-    def _groups(self, wanted: Set[int], start_ns: int, stop_ns: int) -> Iterator[list[_Loaded]]:
-        """Yield the contents of segments: one, then the rest in batches large enough for arrays."""
-        group: list[_Loaded] = []
-        size = BLOCK_BYTES
-        for segment in self._segments:
-            if segment.start_ns >= stop_ns:
-                break
-            channels = segment.channels
-            if segment.end_ns < start_ns or (channels and channels.isdisjoint(wanted)):
-                continue
-            group.append(_Loaded(segment, self._load(segment)))
-            size += len(group[-1].data)
-            if size >= BLOCK_BYTES:
+    def _groups(self, is_due: Callable[[Segment], bool], stop_ns: int) -> Iterator[_Group]:
+        """Yield segments: one, then the rest in batches large enough for arrays."""
+        begin, size = 0, 0
+        end = bisect_left(self._segments, (stop_ns,))
+        while begin < end:
+            group = self._kept.get(begin)
+            due = [] if group is None else filter(is_due, self._segments[begin : group.end])
+            if group is None or group.segments != list(due):
+                group = self._group(is_due, begin, end, size)
+                self._keep(begin, group)
+            if group.segments:
                 yield group
-                group, size = [], 0
-        if group:
-            yield group
+            begin, size = group.end, BLOCK_BYTES
 
-    def _ordered(
-        self, group: Sequence[_Loaded], kinds: NDArray[np.int64], start_ns: int, stop_ns: int
-    ) -> _Ordered:
-        """Return the messages of segments that are wanted, in order."""
+    def _keep(self, begin: int, group: _Group) -> None:
+        """Keep what a file begins with: first messages, samples and a check all read it."""
+        kept = [len(each.messages.block.data) for each in self._kept.values()]
+        follows = begin == max((each.end for each in self._kept.values()), default=0)
+        if follows and sum(kept) + len(group.messages.block.data) <= BLOCK_BYTES:
+            self._kept[begin] = group
+
+    def _group(self, is_due: Callable[[Segment], bool], begin: int, end: int, size: int) -> _Group:
+        """Read segments, at least one if there is one, until they have a number of bytes."""
+        found: list[_Loaded] = []
+        at = begin
+        while at < end and (not found or size > 0):
+            if is_due(self._segments[at]):
+                found.append(_Loaded(self._segments[at], self._load(self._segments[at])))
+                size -= len(found[-1].data)
+            at += 1
+        return _Group(at, [each.segment for each in found], self._ordered(found))
+
+    def _ordered(self, group: Sequence[_Loaded]) -> _Ordered:
+        """Return the messages of segments in order."""
         contents = [each.data for each in group]
         data, places, whole = find_messages(contents)
         heads = gathered(data, places, MESSAGE_HEAD)
@@ -223,13 +274,11 @@ class McapFile:
                 )
             if not whole[k]:
                 self._note_on(segment, "ends within a record")
-        of = kinds[heads["channel"]]
-        there = np.flatnonzero((of >= 0) & (log_ns >= start_ns) & (log_ns < stop_ns))
         ranks = np.array([self._ranks[each.segment.offset] for each in group], np.int64)
-        rank = (ranks - begins[:-1])[of_segment[there]] + places[there]
-        sizes = heads["length"][there].astype(np.int64) - MESSAGE_FIELDS
-        times = log_ns[there].astype(np.int64)
-        block = Block(data, places[there] + MESSAGE.size, sizes, times, of[there], self._names)
+        rank = (ranks - begins[:-1])[of_segment] + places
+        sizes = heads["length"].astype(np.int64) - MESSAGE_FIELDS
+        times, of = log_ns.astype(np.int64), heads["channel"].astype(np.int64)
+        block = Block(data, places + MESSAGE.size, sizes, times, of, self._names)
         return _in_order(_Ordered(block, rank))
 
     def _load(self, segment: Segment) -> bytes:
