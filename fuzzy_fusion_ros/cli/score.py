@@ -46,18 +46,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     bags = fleet.bags_of(given)
     found = dict(zip(bags, fleet.run(task, {each: each for each in bags}, given), strict=True))
-    documents = _report(found, given)
-    status = FAILED if any(isinstance(each, Failure) for each in found.values()) else DONE
-    return status if before is None else max(status, _check(documents, before, given.tolerance))
+    scores = [each for each in found.values() if not isinstance(each, Failure)]
+    _report(found, scores, given)
+    status = DONE if len(scores) == len(found) else FAILED
+    return status if before is None else max(status, _check(scores, before, given.tolerance))
 
 
 def _report(
-    found: Mapping[str, Score | Failure], given: argparse.Namespace
-) -> dict[str, dict[str, Any]]:
-    """Print, draw and write the scores; return them as JSON by the names of their bags."""
+    found: Mapping[str, Score | Failure], scores: Sequence[Score], given: argparse.Namespace
+) -> None:
+    """Print, draw and write the scores."""
     from fuzzy_fusion_ros.scoring.report import report
 
-    scores = [each for each in found.values() if not isinstance(each, Failure)]
     for each in scores:
         for note in each.notes:
             say("score", f"{each.name}: {note}")
@@ -67,14 +67,13 @@ def _report(
         _plot(scores, given.plot)
     if given.report:
         _write_reports(scores, given.report, given)
-    documents = {each.name: each.as_json() for each in scores}
     if given.json:
+        documents = {each.name: each.as_json() for each in scores}
         failed = {
             bag: {"error": each.reason} for bag, each in found.items() if isinstance(each, Failure)
         }
         every = documents | failed
         options.write_json(next(iter(every.values())) if len(found) == 1 else every, given.json)
-    return documents
 
 
 def _rows(found: Mapping[str, Score | Failure]) -> list[tuple[str, ...]]:
@@ -113,11 +112,12 @@ def _write_reports(scores: Sequence[Score], path: str, given: argparse.Namespace
         write_page(score_page(each, parameters, source), target)
 
 
-def _check(documents: dict[str, dict[str, Any]], before: dict[str, Any], percent: float) -> int:
+def _check(scores: Sequence[Score], before: dict[str, Any], percent: float) -> int:
     from fuzzy_fusion_ros.scoring.regression import regressions
 
     status = DONE
-    for name, document in documents.items():
+    for each in scores:
+        name, document = each.name, each.as_json()
         earlier = before if "estimators" in before else before.get(name)
         if not isinstance(earlier, dict):
             raise UsageError(f"--baseline has no score of {name}; it has {', '.join(before)}")

@@ -44,7 +44,6 @@ from fuzzy_fusion_ros.messages.type_names import normalise_type_name
 from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
 
 _ORDER_BITS = 32  # messages are ordered by their segment, then by their place in it
-_CHANNELS = 1 << 16
 
 
 class _Ordered(NamedTuple):
@@ -165,6 +164,7 @@ class McapFile:
             raise BagError(f"{str(path)!r}: {error}") from error
         self._segments = sorted(self._index.segments)
         self._kept: dict[int, _Group] = {}
+        self._unknown = max(self._channels, default=-1) + 1  # channel of unknown messages
         places = sorted(each.offset for each in self._segments)
         self._ranks = {place: rank << _ORDER_BITS for rank, place in enumerate(places)}
         self.topics = list(self._channels.values())
@@ -196,7 +196,7 @@ class McapFile:
         Raises:
             BagError: The file was closed in between.
         """
-        kinds = np.full(_CHANNELS, -1, np.int64)
+        kinds = np.full(self._unknown + 1, -1, np.int64)
         for kind, (number, topic) in enumerate(self._channels.items()):
             if names is None or topic.name in names:
                 kinds[number] = kind
@@ -277,7 +277,8 @@ class McapFile:
         ranks = np.array([self._ranks[each.segment.offset] for each in group], np.int64)
         rank = (ranks - begins[:-1])[of_segment] + places
         sizes = heads["length"].astype(np.int64) - MESSAGE_FIELDS
-        times, of = log_ns.astype(np.int64), heads["channel"].astype(np.int64)
+        times = log_ns.astype(np.int64)
+        of = np.minimum(heads["channel"].astype(np.int64), self._unknown)
         block = Block(data, places + MESSAGE.size, sizes, times, of, self._names)
         return _in_order(_Ordered(block, rank))
 
