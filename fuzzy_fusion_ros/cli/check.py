@@ -9,8 +9,8 @@ is 1 if a problem is found.
 Without topics it lists the numbers in the bag that move together, with their lag and scale,
 whatever their topics and types; /s1 and /s2 are then checked only if the bag has them.
 
-Several bags give one table and one JSON document. A bag that cannot be checked gets a row with the
-reason, and the exit status is 1.
+Several bags give one table and one JSON document; only the document lists the numbers that move
+together. A bag that cannot be checked gets a row with the reason, and the exit status is 1.
 """
 
 from __future__ import annotations
@@ -38,14 +38,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options.require_results(given, *given.bag, given.params)
     from fuzzy_fusion_ros.jobs.check import check  # after parsing: takes time to import
 
+    bags = fleet.bags_of(given)
     task = functools.partial(
         check,
         parameters=fleet.absolute(given.params, given),
-        topics=None if topics == Topics() else topics,
+        topics=topics if topics != Topics() or given.s1 or given.s2 else None,
         **window,
+        search=len(bags) == 1 or bool(given.json),  # a table does not show what it finds
         progress=fleet.progress_of(given),
     )
-    bags = fleet.bags_of(given)
     found = dict(zip(bags, fleet.run(task, {each: each for each in bags}, given), strict=True))
     documents = {}
     fine = True

@@ -42,7 +42,6 @@ def add_topics(parser: argparse.ArgumentParser) -> None:
         parser.add_argument(
             f"--{role}",
             metavar="TOPIC",
-            default=f"/{role}",
             help=f"topic of {meanings[role]} {{/{role}}}",
         )
     parser.add_argument(
@@ -131,7 +130,7 @@ def topics_of(arguments: argparse.Namespace) -> Topics:
     Raises:
         UsageError: A field is given for a topic that is not read.
     """
-    names = {role: _absolute(getattr(arguments, role)) for role in ROLES}
+    names = {role: _absolute(getattr(arguments, role) or f"/{role}") for role in ROLES}
     fields: dict[str, str] = {}
     for text in arguments.field:
         owner, equals, path = text.partition("=")

@@ -64,6 +64,7 @@ def check(
     topics: Topics | None = None,
     start: float | None = None,
     end: float | None = None,
+    search: bool = True,
     progress: Progress = SILENT,
 ) -> CheckResult:
     """Check the two sensors of a bag: clocks, rates, values, and how they are related.
@@ -76,6 +77,7 @@ def check(
             together, and ``/s1`` and ``/s2`` are checked if it has them.
         start: Where to start, seconds from the first message of the bag.
         end: Where to end, seconds from the first message of the bag.
+        search: Whether to search a bag that has ``/s1`` and ``/s2``, too.
         progress: Shows progress.
 
     Raises:
@@ -89,7 +91,7 @@ def check(
         if topics is not None or {wanted.s1, wanted.s2} <= reader.topics.keys():
             reading = progress.reading(f"reading {bag}")
             checked = check_bag(reader, wanted, base, start, end, reading)
-        if topics is not None:
+        if topics is not None or (checked is not None and not search):
             return CheckResult(checked, None, (), tuple(reader.problems), str(bag))
         searching = progress.reading(f"searching {bag}", reader.message_count)
         found = survey_bag(reader, start, end, searching)

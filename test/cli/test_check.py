@@ -13,6 +13,7 @@ from checking.standins import pair
 
 from fuzzy_fusion_ros.bag import BagWriter
 from fuzzy_fusion_ros.cli.check import main
+from fuzzy_fusion_ros.jobs.check import check
 from fuzzy_fusion_ros.messages import InstalledTypes, default_message
 
 
@@ -84,6 +85,26 @@ def test_without_topics_it_lists_what_moves_together(
     out, _ = capsys.readouterr()
     assert out.startswith("numbers that move together\n")
     assert "/fast point.x, /slow point.x" in out
+
+
+def test_topics_that_are_named_are_all_that_is_checked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Also where they are the default ones."""
+    path = write_pair(tmp_path / "bag", "none")
+    assert main([str(path)]) == 0
+    assert "numbers that move together" in capsys.readouterr().out
+    assert main([str(path), "--s1", "/s1", "--s2", "/s2"]) == 0
+    assert "numbers that move together" not in capsys.readouterr().out
+
+
+def test_several_bags_are_searched_for_the_document_alone(tmp_path: Path) -> None:
+    bags = [str(write_pair(tmp_path / name, "none")) for name in "ab"]
+    document = tmp_path / "found.json"
+    assert main([*bags, "--json", str(document)]) == 0
+    assert all(each["together"] for each in json.loads(document.read_text()).values())
+    assert check(bags[0], search=False).together is None
+    assert check(write_pair(tmp_path / "c", "none", "/fast", "/slow"), search=False).together
 
 
 def test_sensors_without_a_slash_are_checked_too(
