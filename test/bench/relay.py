@@ -18,7 +18,7 @@ from rclpy.node import Node
 
 from fuzzy_fusion_ros.ros.process import POLL, Stop
 from fuzzy_fusion_ros.ros.qos import ESTIMATE, input_profile
-from fuzzy_fusion_ros.ros.spinning import executor_for
+from fuzzy_fusion_ros.ros.spinning import executor_for, serve
 
 DEFAULT, EVENTS, RAW = "default", "events", "raw"
 """rclpy's own executor, the one that fusion_node runs on, and that one with bytes for messages."""
@@ -44,7 +44,7 @@ def _relay(stop: Stop, kind: str, profile: str, *arguments: str) -> None:
         executor = executor_for(context)
     executor.add_node(node)
     while not stop.wanted:
-        executor.spin_once(timeout_sec=POLL)
+        serve(executor, POLL)
     executor.remove_node(node)
     node.destroy_node()
     context.try_shutdown()
