@@ -66,6 +66,7 @@ class BagReader:
         """
         self.path = Path(path)
         self._problems = Problems()
+        self._obstacles: dict[str, str] = {}
         files, metadata = find_files(self.path, self._problems)
         self._is_message_compressed = bool(metadata and metadata.compression_mode == "message")
         with ExitStack() as opening:
@@ -142,7 +143,9 @@ class BagReader:
             BagError: They are not plain CDR, of several types, or of a type that the bag does not
                 describe.
         """
-        obstacle = self.topics[topic].obstacle or self._foreign_cdr(topic)
+        if topic not in self._obstacles:
+            self._obstacles[topic] = self.topics[topic].obstacle or self._foreign_cdr(topic)
+        obstacle = self._obstacles[topic]
         if obstacle:
             raise BagError(f"bag {str(self.path)!r}, topic {topic}: {obstacle}")
 
