@@ -70,7 +70,7 @@ def read_metadata(directory: Path) -> Metadata:
         information = yaml.load(text, Loader=_TEXTS)[_ROOT]
         mode = str(information.get("compression_mode") or "").lower()
         if mode not in {"", "none", "file", "message", "storage"}:
-            raise MetadataError(f"{path} has compression_mode {mode!r}: expected file or message")
+            raise MetadataError(f"it has compression_mode {mode!r}: expected file or message")
         paths = information["relative_file_paths"]
         if not isinstance(paths, list):
             raise TypeError(f"relative_file_paths is {paths!r}, expected a list")
@@ -80,14 +80,14 @@ def read_metadata(directory: Path) -> Metadata:
             message_count=int(information["message_count"]),
         )
     except FileNotFoundError:
-        raise MetadataError(f"{path} is missing: the recorder did not close the bag") from None
+        raise MetadataError("it is missing: the recorder did not close the bag") from None
     except OSError as error:
-        raise MetadataError(f"{path} cannot be read: {error.strerror}") from error
+        raise MetadataError(f"it cannot be read: {error.strerror}") from error
     except YamlLimitError as error:
         raise BagError(f"{path} is refused: {error}") from error
     except (yaml.YAMLError, LookupError, TypeError, ValueError, AttributeError) as error:
         reason = " ".join(str(error).split())
-        raise MetadataError(f"{path} is not valid rosbag2 metadata: {reason[:200]}") from error
+        raise MetadataError(f"it is not valid rosbag2 metadata: {reason[:200]}") from error
 
 
 def _file_name(path: str) -> str:

@@ -17,6 +17,7 @@ import zstandard
 
 from fuzzy_fusion_ros.bag.block import Block, gathered
 from fuzzy_fusion_ros.bag.compression import decompress
+from fuzzy_fusion_ros.bag.metadata import METADATA_NAME
 from fuzzy_fusion_ros.bag.problems import Problems
 from fuzzy_fusion_ros.bag.storage import Storage, find_files, is_compressed, open_file
 from fuzzy_fusion_ros.bag.topic import BagMessage, Topic
@@ -73,14 +74,14 @@ class BagReader:
             self._storages = self._open(files, opening)
             self._stack = opening.pop_all()
         self._described = [topic for each in self._storages for topic in each.topics]
-        self.topics = _merge_topics(self._described, partial(self._problems.note, self.path.name))
+        self.topics = _merge_topics(self._described, self._problems.note)
         starts = [each.start_ns for each in self._storages if each.start_ns is not None]
         ends = [each.end_ns for each in self._storages if each.end_ns is not None]
         self.start_ns = min(starts, default=None)
         self.end_ns = max(ends, default=None)
         if metadata and self.message_count not in {None, metadata.message_count}:
             self._problems.note(
-                "metadata.yaml",
+                METADATA_NAME,
                 f"it counts {metadata.message_count} messages, there are {self.message_count}",
             )
 
@@ -100,8 +101,7 @@ class BagReader:
     @property
     def problems(self) -> list[str]:
         """Problems of the bag, one line each; reading on can add some."""
-        of_types = [f"{self.path.name}: {each}" for each in self.types.problems]
-        return [*self._problems.lines, *of_types]
+        return [*self._problems.lines, *self.types.problems]
 
     @property
     def message_count(self) -> int | None:
@@ -300,18 +300,18 @@ def _follow_one_another(files: Sequence[Storage]) -> bool:
     )
 
 
-def _merge_topics(found: Iterable[Topic], note: Callable[[str], None]) -> dict[str, Topic]:
+def _merge_topics(found: Iterable[Topic], note: Callable[[str, str], None]) -> dict[str, Topic]:
     """Return the topics of several files by name, their messages added up."""
     topics: dict[str, Topic] = {}
     for topic in found:
         known = topics.setdefault(topic.name, topic)
         if known is topic:
             if topic.encoding != "cdr":
-                note(f"topic {topic.name} is serialised as {topic.encoding!r}, not as 'cdr'")
+                note(topic.name, f"it is serialised as {topic.encoding!r}, not as 'cdr'")
             continue
         others = known.other_types
         if topic.msgtype not in (known.msgtype, *others):
-            note(f"topic {topic.name} has messages of types {known.msgtype} and {topic.msgtype}")
+            note(topic.name, f"it has messages of types {known.msgtype} and {topic.msgtype}")
             others = (*others, topic.msgtype)
         topics[topic.name] = known._replace(
             message_count=_total([known.message_count, topic.message_count]),

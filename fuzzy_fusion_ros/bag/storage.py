@@ -13,7 +13,7 @@ import zstandard
 from fuzzy_fusion_ros.bag.block import Block
 from fuzzy_fusion_ros.bag.compression import decompress_file
 from fuzzy_fusion_ros.bag.mcap.file import McapFile
-from fuzzy_fusion_ros.bag.metadata import Metadata, MetadataError, read_metadata
+from fuzzy_fusion_ros.bag.metadata import METADATA_NAME, Metadata, MetadataError, read_metadata
 from fuzzy_fusion_ros.bag.problems import Problems
 from fuzzy_fusion_ros.bag.sqlite_file import SqliteFile
 from fuzzy_fusion_ros.bag.topic import BagMessage, Topic
@@ -77,7 +77,7 @@ def find_files(path: Path, problems: Problems) -> tuple[list[Path], Metadata | N
     try:
         metadata = read_metadata(path)
     except MetadataError as error:
-        problems.note(path.name, str(error))
+        problems.note(METADATA_NAME, str(error))
     listed = [path / name for name in metadata.files] if metadata else []
     files = [each for each in listed if each.exists()]
     missing = [each.name for each in listed if not each.exists()]

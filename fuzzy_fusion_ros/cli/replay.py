@@ -60,7 +60,7 @@ def _replay(given: argparse.Namespace) -> int:
         if isinstance(each, Failure):
             rows.append(fleet.failed_row(bag, each, len(rows[0])))
             continue
-        _say_notes(each)
+        _say_notes(each, f"{bag}: " if len(found) > 1 else "")
         rows.append((bag, str(each.messages), str(each.estimates), output))
         if len(found) == 1:
             _show_one(output, each)
@@ -87,12 +87,12 @@ def _replay_to(item: tuple[str, str], **how: Any) -> Replayed:
     return replay(bag, output, **how)
 
 
-def _say_notes(replayed: Replayed) -> None:
+def _say_notes(replayed: Replayed, of: str) -> None:
     for note in replayed.notes:
-        say("replay", note)
+        say("replay", f"{of}{note}")
     if replayed.restarts:
         times = "once" if replayed.restarts == 1 else f"{replayed.restarts} times"
-        say("replay", f"timestamps jumped back {times}: state cleared, restarted")
+        say("replay", f"{of}timestamps jumped back {times}: state cleared, restarted")
 
 
 def _show_one(output: str, replayed: Replayed) -> None:

@@ -214,7 +214,7 @@ def test_each_bag_reports_its_own_problems(tmp_path: Path) -> None:
             assert bag.problems == []
             bag.types.fields(FLOAT)
             assert len(bag.problems) == 1
-            assert bag.problems[0].startswith(f"{name}.mcap: the definition of {FLOAT} cannot be")
+            assert bag.problems[0].startswith(f"the definition of {FLOAT} cannot be")
 
 
 def text_of(characters: int, number: int) -> str:

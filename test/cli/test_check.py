@@ -114,6 +114,16 @@ def test_sensors_without_a_slash_are_checked_too(
     assert "s1 has the opposite sign of s2" in capsys.readouterr().out
 
 
+def test_a_problem_of_a_bag_names_the_bag_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = write_pair(tmp_path / "bag", "none")
+    (path / "metadata.yaml").unlink()
+    assert main([str(path)]) == 0
+    problem = "it is missing: the recorder did not close the bag"
+    assert capsys.readouterr().err == f"check: {path}: metadata.yaml: {problem}\n"
+
+
 def test_an_element_beyond_its_array_is_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

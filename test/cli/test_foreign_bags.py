@@ -145,7 +145,7 @@ def test_other_topics_are_copied_whatever_they_are(tmp_path: Path) -> None:
     path = write_channels(tmp_path / "json.mcap", [S1, S2, json])
     end = ended(replay.main, [str(path), "--output", str(tmp_path / "other")])
     assert end.status == 0
-    assert "topic /json is serialised as 'json', not as 'cdr'" in end.stderr
+    assert "/json: it is serialised as 'json', not as 'cdr'" in end.stderr
     copied = [each for each in messages(tmp_path / "other") if each.topic == "/json"]
     assert [each.data for each in copied] == [b"{}"] * len(S2_NS)
 

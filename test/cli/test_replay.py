@@ -149,6 +149,10 @@ def test_restarts_and_losses_are_told(tmp_path: Path, capsys: pytest.CaptureFixt
     said = capsys.readouterr().err
     assert "replay: /s1: 1 dropped: value is not finite\n" in said
     assert "replay: timestamps jumped back once: state cleared, restarted" in said
+    assert main([str(bag), f"{bag}/", "--output", str(tmp_path / "both")]) == 0
+    said = capsys.readouterr().err
+    assert f"replay: {bag}: /s1: 1 dropped: value is not finite\n" in said
+    assert f"replay: {bag}: timestamps jumped back once: state cleared, restarted" in said
 
 
 @pytest.mark.parametrize(
