@@ -87,6 +87,7 @@ KILTED_GENERATORS = [
 
 # Compiles the method ahead of time. Pinned: each release reports different things.
 MYPY = "mypy==2.4.1"
+LIBRT = "librt>=0.16"  # what it compiles needs it too: vectors of numbers
 
 TEST = [
     "colcon-bash==0.5.0",  # pinned with colcon-ros
@@ -186,7 +187,8 @@ def extensions():
     found = mypycify(
         [
             *("--config-file=", f"--cache-dir={scratch}", "--no-site-packages"),
-            *("--follow-imports=skip", "--ignore-missing-imports", *method, *read),
+            *("--follow-imports=skip", "--ignore-missing-imports", "--always-true=COMPILED"),
+            *(*method, *read),
         ],
         only_compile_paths=method,
         target_dir=scratch,
@@ -259,7 +261,7 @@ setup(
         "pytest11": [f"{PACKAGE} = {PACKAGE}.testing.plugin"],
         "ros2cli.command": [f"fusion = {PACKAGE}.cli.ros2:FusionCommand"],
     },
-    install_requires=RUNTIME,
+    install_requires=[*RUNTIME, *([LIBRT] if COMPILES else [])],
     setup_requires=[MYPY] if COMPILES else [],
     extras_require={
         "ros": JAZZY,

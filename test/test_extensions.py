@@ -89,6 +89,38 @@ def test_numba_compiles_from_the_sources(extensions: Path) -> None:
     assert say(extensions, "-c", TWINS) == "True False\n"
 
 
+LEARNING = """
+from math import sin
+from fuzzy_fusion_ros.batch.compiled import compiled, given_back, taken_by
+from fuzzy_fusion_ros.core.predictor import learn, untrained
+from fuzzy_fusion_ros.parameters.fusion import PredictorParameters
+from fuzzy_fusion_ros.parameters.group import numbers, replace
+
+taken = numbers(replace(PredictorParameters(), {"enabled": True, "samples": 5, "rules": 3}))
+fast = compiled(learn)
+state = untrained(taken.samples, taken.rules)
+print(type(state.history).__name__)
+for k in range(30):
+    before = repr(state)
+    new = learn(taken, state, k * 10_000_000, sin(0.1 * k))
+    assert repr(state) == before
+    found = given_back(fast(taken, taken_by(fast, state), k * 10_000_000, sin(0.1 * k)), state)
+    assert found == new
+    assert repr(found.rules) == repr(new.rules)
+    state = new
+assert state.ready
+"""
+
+
+@compiles
+def test_compiled_it_learns_from_vectors_and_numba_from_arrays(extensions: Path) -> None:
+    assert say(extensions, "-c", LEARNING) == "vec[float]\n"
+
+
+def test_interpreted_it_learns_from_lists_and_numba_from_arrays() -> None:
+    assert say(ROOT, "-c", LEARNING) == "list\n"
+
+
 LOOP = """
 import numpy as np
 from fuzzy_fusion_ros.batch.compiled import interpreted

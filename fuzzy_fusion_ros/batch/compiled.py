@@ -27,6 +27,8 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
+from fuzzy_fusion_ros.core.predictor import copied
+
 ROOMS = ("core", "batch", "simulation", "baselines", "paper", "parameters")
 """Where compiled functions, and the named tuples that they read by position, are defined."""
 
@@ -75,23 +77,22 @@ def taken_by(function: Callable[..., Any], state: Any) -> Any:
 
     Args:
         function: As returned by :func:`compiled`.
-        state: A named tuple; if the function is compiled, its lists become arrays.
+        state: A named tuple; if the function is compiled, its lists or vectors become arrays.
     """
     return _with_arrays(state) if hasattr(function, "py_func") else state
 
 
 def given_back(state: Any, like: Any) -> Any:
-    """Return a state as interpreted functions take it: lists where another one has lists.
+    """Return a state as other functions take it: lists or vectors where another one has them.
 
     Args:
         state: A named tuple that a function has returned, compiled or not.
-        like: Another of its type that has been interpreted.
+        like: Another of its type that was not compiled by this module.
     """
-    if isinstance(like, list):
-        return state if isinstance(state, list) else state.tolist()
     if isinstance(like, tuple):
         return type(like)(*map(given_back, state, like))
-    return state
+    is_other = isinstance(state, np.ndarray) and not isinstance(like, np.ndarray)
+    return type(like)(state.tolist()) if is_other else state
 
 
 def is_kept(function: Callable[..., Any], **replaced: Callable[..., Any]) -> bool:
@@ -114,11 +115,9 @@ def _bound_name(function: Any, replaced: Sequence[tuple[str, Any]]) -> str:
 
 
 def _with_arrays(state: Any) -> Any:
-    if isinstance(state, list):
-        return np.array(state)
     if isinstance(state, tuple):
         return type(state)(*map(_with_arrays, state))
-    return state
+    return np.array(state) if hasattr(state, "__len__") else state
 
 
 def can_compile() -> bool:
@@ -141,7 +140,10 @@ def _twin(function: Any, replaced: tuple[tuple[str, Any], ...], *, is_called: bo
         if name in names and _is_ours(value)
     }
     callees.update(replaced)
-    twins = {name: _twin(value, (), is_called=True) for name, value in callees.items()}
+    twins = {
+        name: np.copy if value is copied else _twin(value, (), is_called=True)
+        for name, value in callees.items()
+    }
     twin = _rebound(function, twins)
     twin.__module__ = function.__module__
     twin.__qualname__ = _bound_name(function, replaced) + is_called * ".called"

@@ -4,9 +4,9 @@
 Inputs and output are taken relative to the newest estimate, so the rules do not depend on where
 the signal is, and the first rules are straight lines through it: *falling*, *steady*, *rising*.
 
-All of it is loops over plain numbers, for compilers: numba takes the lists as arrays, mypyc as they
-are. Lists that go in are left as they were. The centres and widths of one rule stand together, one
-for each input; inputs are the n - 1 previous estimates, oldest first.
+All of it is loops over plain numbers, for compilers: numba takes the lists as arrays, mypyc as
+vectors. Lists that go in are left as they were. The centres and widths of one rule stand together,
+one for each input; inputs are the n - 1 previous estimates, oldest first.
 """
 
 from __future__ import annotations
@@ -18,7 +18,15 @@ from fuzzy_fusion_ros.core.gate import NO_PREDICTION, Prediction
 from fuzzy_fusion_ros.core.numerics import bounded, clamped
 from fuzzy_fusion_ros.parameters.fusion import PredictorParameters
 
-Numbers = list[float]
+COMPILED = not __file__.endswith(".py")
+"""Compiled ahead of time by mypyc, which holds this for true."""
+
+if COMPILED:
+    from librt.vecs import vec  # a list holds a Python object for each number
+
+    Numbers = vec[float]
+else:
+    Numbers = list[float]
 
 NOT_COVERED = -700.0
 """Exponent below which no rule covers an input: its Gaussian is at the smallest normal number."""
@@ -91,13 +99,13 @@ def untrained(samples: int, rules: int) -> Predictor:
     """Return the state before any estimate, for n = ``samples``."""
     return Predictor(
         filled=0,
-        history=[0.0] * samples,
+        history=Numbers([0.0] * samples),
         stamp_ns=0,
         step_ns=0,
         rules=Rules(
-            centres=[0.0] * ((samples - 1) * rules),
-            widths=[1.0] * ((samples - 1) * rules),
-            consequents=[0.0] * rules,
+            centres=Numbers([0.0] * ((samples - 1) * rules)),
+            widths=Numbers([1.0] * ((samples - 1) * rules)),
+            consequents=Numbers([0.0] * rules),
         ),
         narrowest=0.0,
         increment=0.0,
@@ -135,8 +143,9 @@ def learn(
     if state.step_ns > 0 and step_ns > LONGEST_STEP * state.step_ns:
         before = 0
     n = len(state.history)
-    history = state.history.copy()
-    history[: n - 1] = state.history[1:]
+    history = copied(state.history)
+    for i in range(n - 1):
+        history[i] = state.history[i + 1]
     history[n - 1] = bounded(estimate)
     filled = min(before + 1, n)
     rules = state.rules
@@ -166,9 +175,14 @@ def learn(
     )
 
 
+def copied(values: Numbers) -> Numbers:
+    """Return a copy of a list or a vector; for arrays, numpy's takes the place of this."""
+    return values[:]
+
+
 def relative(values: Numbers, origin: float) -> Numbers:
     """Return the distances of values from an origin."""
-    distances = values.copy()
+    distances = copied(values)
     for i in range(len(values)):
         distances[i] = values[i] - origin
     return distances
@@ -186,18 +200,18 @@ def straight_lines(parameters: PredictorParameters, rules: Rules, step: float) -
         rules: As many rules of as many inputs.
         step: Time between estimates, seconds.
     """
-    centres = rules.centres.copy()
-    widths = rules.widths.copy()
-    consequents = rules.consequents.copy()
+    centres = copied(rules.centres)
+    widths = copied(rules.widths)
+    consequents = copied(rules.consequents)
     n = len(consequents)
     inputs = len(centres) // n
-    spacing = 2.0 * parameters.slope / (n - 1)
-    width = SPREAD * spacing * (inputs - 1) * step
+    spacing = 2.0 * parameters.slope / float(n - 1)
+    width = SPREAD * spacing * float(inputs - 1) * step
     for rule in range(n):
-        slope = rule * spacing - parameters.slope
+        slope = float(rule) * spacing - parameters.slope
         consequents[rule] = slope * parameters.lead * step
         for i in range(inputs):
-            age = (inputs - 1 - i) * step
+            age = float(inputs - 1 - i) * step
             centres[rule * inputs + i] = -slope * age
             widths[rule * inputs + i] = width
     return Rules(centres=centres, widths=widths, consequents=consequents)
@@ -208,7 +222,7 @@ def infer(rules: Rules, inputs: Numbers) -> Inference:
     centres = rules.centres
     widths = rules.widths
     consequents = rules.consequents
-    strengths = consequents.copy()
+    strengths = copied(consequents)
     largest = -math.inf
     k = 0
     for rule in range(len(consequents)):
@@ -272,9 +286,9 @@ def descend(
     """
     if not inference.covered:
         return rules
-    centres = rules.centres.copy()
-    widths = rules.widths.copy()
-    consequents = rules.consequents.copy()
+    centres = copied(rules.centres)
+    widths = copied(rules.widths)
+    consequents = copied(rules.consequents)
     strengths = inference.strengths
     output = inference.output
     share = learning_rate * (output - target) / inference.total

@@ -43,10 +43,12 @@ def random_parameters(chance: random.Random) -> Parameters:
 
 
 def plain(value: Any) -> Any:
-    """Return a state without arrays, which would be printed rounded."""
+    """Return a state without arrays, which would be printed rounded, and vectors."""
     if isinstance(value, np.ndarray):
         return value.tolist()
-    return tuple(map(plain, value)) if isinstance(value, tuple) else value
+    if isinstance(value, tuple):
+        return tuple(map(plain, value))
+    return list(value) if hasattr(value, "__len__") else value
 
 
 def walk(seed: int) -> Iterator[str]:
