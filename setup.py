@@ -137,14 +137,27 @@ def write_launchers(prefix):
 COMPILES = os.environ.get("FUZZY_FUSION_COMPILE") == "1"
 
 
+ALLOCATE = ("ALLOCATE(kind, size)", "PyType_GenericAlloc((PyTypeObject *)(kind), (size))")
+
+
 def make_named_tuples_directly(sources):
-    """Have mypyc make the named tuples of these sources by `tuple.__new__`.
+    """Have mypyc allocate the named tuples of these sources and set their items.
 
     Their own `__new__` is Python, called with a dict of keywords, and takes a third of an update.
     """
     from mypy.nodes import TypeInfo
-    from mypyc.ir.rtypes import object_rprimitive
+    from mypyc.ir.ops import ERR_MAGIC, Integer
+    from mypyc.ir.rtypes import c_pyssize_t_rprimitive, object_rprimitive, tuple_rprimitive
     from mypyc.irbuild.specialize import specialize_function
+    from mypyc.primitives.registry import custom_op
+    from mypyc.primitives.tuple_ops import new_tuple_set_item_op
+
+    allocate = custom_op(
+        arg_types=[object_rprimitive, c_pyssize_t_rprimitive],
+        return_type=tuple_rprimitive,
+        c_function_name=ALLOCATE[0].partition("(")[0],
+        error_kind=ERR_MAGIC,
+    )
 
     def construct(builder, call, callee):
         made = callee.node
@@ -156,10 +169,12 @@ def make_named_tuples_directly(sources):
             return None
         values = {name: builder.accept(each) for name, each in zip(names, call.args, strict=True)}
         boxed = [builder.coerce(values[name], object_rprimitive, call.line) for name in fields]
-        items = builder.new_tuple(boxed, call.line)
-        kind = builder.load_module_attr_by_fullname("builtins.tuple", call.line)
-        new = builder.py_get_attr(kind, "__new__", call.line)
-        return builder.py_call(new, [builder.accept(callee), items], call.line)
+        size = Integer(len(fields), c_pyssize_t_rprimitive)
+        new = builder.call_c(allocate, [builder.accept(callee), size], call.line)
+        for k, value in enumerate(boxed):
+            place = Integer(k, c_pyssize_t_rprimitive)
+            builder.call_c(new_tuple_set_item_op, [new, place, value], call.line)
+        return new
 
     for source in map(Path, sources):
         for name in re.findall(r"^class (\w+)\(NamedTuple\)", source.read_text(), re.MULTILINE):
@@ -195,7 +210,9 @@ def extensions():
         group_name=f"{PACKAGE}_core",
         debug_level="0",
     )
-    for extension in found:  # else a * b + c is rounded once where the processor can do it
+    for extension in found:
+        extension.define_macros.append(ALLOCATE)
+        # Else a * b + c is rounded once where the processor can do it.
         extension.extra_compile_args.append("-ffp-contract=off")
     return found
 
