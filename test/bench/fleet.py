@@ -29,8 +29,8 @@ MORE = at_most(1.2)
 def rows(effort: Effort) -> list[Row]:
     """Run score and check over many bags and over one; report CPU time."""
     count = max(effort.messages // SHORT, 2)
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
         params = folder / "params.yaml"
         params.write_text(parameter_file.text(Parameters(), {"": BaselineParameters()}), "utf-8")
         short = [folder / f"short_{k}" for k in range(count)]
@@ -38,10 +38,16 @@ def rows(effort: Effort) -> list[Row]:
             write_bag(each, SHORT, TOPICS)
         write_bag(folder / "long", count * SHORT, TOPICS)
         many, one = [str(each) for each in short], [str(folder / "long")]
+        found_in = ["--json", str(folder / "found.json")]
         found = []
-        for command, options in (("score", ["--params", str(params)]), ("check", [])):
+        for command, options in (
+            ("score", ["--params", str(params)]),
+            ("check", []),
+            ("check --json", found_in),
+        ):
+            name = command.partition(" ")[0]
             costs = [
-                (_run(command, many, options), _run(command, one, options))
+                (_run(name, many, options), _run(name, one, options))
                 for _ in range(effort.repetitions)
             ]
             it = compared(*(list(each) for each in zip(*costs, strict=True)))
@@ -58,10 +64,13 @@ def rows(effort: Effort) -> list[Row]:
 
 
 def _run(command: str, bags: list[str], options: list[str]) -> float:
-    """Return CPU time of a command over bags, seconds."""
+    """Return CPU time of a command over bags, seconds, with one thread for BLAS.
+
+    Of several, those that wait spin: up to 2 s of a long bag's score, on a busy machine.
+    """
     child = subprocess.Popen(
         program(command, *bags, *options),
-        env=environment({}),
+        env=environment({"OPENBLAS_NUM_THREADS": "1"}),
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
