@@ -381,15 +381,17 @@ class _Tried(NamedTuple):
         over: Times that changes are taken over, shape (m,), seconds.
         time_constants: Of the low-passes, shape (m,), seconds.
         correlation: At the lags to try, shape (m, k).
-        delay: What S2 is delayed by there, shape (m, k), seconds.
         ratios: Size of what S2 does to that of what S1 says it should do, shape (m,).
     """
 
     over: Reals
     time_constants: Reals
     correlation: Reals
-    delay: Reals
     ratios: Reals
+
+    def delay(self, grid: _Grid) -> Reals:
+        """Return what S2 is delayed by at the lags to try, shape (m, k), seconds."""
+        return grid.step * grid.lags + self.time_constants[:, None]
 
 
 def _tried(grid: _Grid, hypothesis: _Hypothesis) -> Iterator[tuple[_Tried, Reals]]:
@@ -417,12 +419,10 @@ def _tried(grid: _Grid, hypothesis: _Hypothesis) -> Iterator[tuple[_Tried, Reals
         products = np.fft.irfft(np.conj(s1) * changes[k, None], grid.size) * (0.5 * grid.size)
         correlation = products / np.sqrt(expected * powers[k, None])[:, :, None]
         every_lag = correlation.reshape(-1, grid.size)
-        time_constants = np.tile(constants, k.size)
         tried = _Tried(
             over=np.repeat(grid.spans[k], constants.size),
-            time_constants=time_constants,
+            time_constants=np.tile(constants, k.size),
             correlation=np.take(every_lag, grid.lags, axis=1),
-            delay=grid.step * grid.lags + time_constants[:, None],
             ratios=np.sqrt(powers[k, None] / expected).ravel(),
         )
         yield tried, every_lag
@@ -434,17 +434,17 @@ def _best(grid: _Grid, hypothesis: _Hypothesis) -> tuple[list[Relation], list[_T
     seen: list[_Tried] = []
     for tried, every_lag in _tried(grid, hypothesis):
         seen.append(tried)
-        correlation = tried.correlation
+        correlation, delay = tried.correlation, tried.delay(grid)
         # Both overlap less at long lags, which speaks against these.
         early = tried.time_constants[:, None] - LEAD * grid.step * grid.lags
-        lag_cost = np.where(grid.lags >= 0, tried.delay, early) / _usual_lag(grid)
+        lag_cost = np.where(grid.lags >= 0, delay, early) / _usual_lag(grid)
         unexplained = 1.0 - np.square(np.clip(correlation, -1.0, 1.0)) + MODEL_ERROR
         misfit = WEIGHT * np.log(unexplained)
         for sign in (1, -1):
             cost = np.where(sign * correlation > 0.0, misfit, NO_FIT) + lag_cost
             cost += _kind_cost(hypothesis.kind, sign)
             limit = best[sign].cost if sign in best else math.inf
-            found = _cheapest(tried, hypothesis.kind, sign, cost, limit)
+            found = _cheapest(tried, hypothesis.kind, sign, cost, delay, limit)
             if found is not None:
                 relation, row = found
                 best[sign] = relation._replace(chance=_chance(grid, every_lag[row]))
@@ -452,7 +452,7 @@ def _best(grid: _Grid, hypothesis: _Hypothesis) -> tuple[list[Relation], list[_T
 
 
 def _cheapest(
-    tried: _Tried, kind: Kind, sign: int, cost: Reals, limit: float
+    tried: _Tried, kind: Kind, sign: int, cost: Reals, delay: Reals, limit: float
 ) -> tuple[Relation, int] | None:
     """Return the cheapest relation of one sign, and its row; None if none costs less than a limit.
 
@@ -461,6 +461,7 @@ def _cheapest(
         kind: Its kind.
         sign: The sign.
         cost: Of misfit, lag, kind and sign, shape (m, k).
+        delay: Of S2, seconds, shape (m, k).
         limit: What it must cost less than.
     """
     best = None
@@ -476,7 +477,7 @@ def _cheapest(
         scale = (r * ratio, ratio / r)
         total = float(cost[m, k]) + _scale_cost(scale)
         if total < limit:
-            lag = float(tried.delay[m, k])
+            lag = float(delay[m, k])
             best = Relation(kind, sign, lag, r, scale, chance=math.nan, cost=total), int(m)
             limit = total
     return best
@@ -509,7 +510,7 @@ class _Located(NamedTuple):
 
 def _located(grid: _Grid, relation: Relation, tried: _Tried) -> _Located:
     """Return the lag at the top of the correlation, on a parabola through it."""
-    near, lags = relation.sign * tried.correlation, tried.delay
+    near, lags = relation.sign * tried.correlation, tried.delay(grid)
     first = np.where(tried.time_constants > 0.0, 0, grid.lags[0] + 1)[:, None]
     usable = (grid.lags >= first) & (grid.lags < grid.lags[-1])
     usable &= np.abs(lags - relation.lag) <= _usual_lag(grid)
