@@ -30,6 +30,9 @@ from fuzzy_fusion_ros.parameters.errors import MessageError, StampError
 
 TIME = "builtin_interfaces/msg/Time"
 
+MOST_BYTES = 1 << 16
+"""Of a message whose layout is kept for the next: it may have a length at every fourth byte."""
+
 
 class ScalarCodec:
     """Reads stamp and number of serialised messages of a type, and replaces them.
@@ -138,7 +141,7 @@ class ScalarCodec:
         if not 0 <= excess <= self._slack:
             problem = f"{excess} bytes too many" if excess > 0 else f"{-excess} bytes too few"
             raise MessageError(f"a message is not a {self.type_name}: it has {problem}")
-        if len(data) == self._size and not self.field.looks_up:
+        if len(data) == self._size <= MOST_BYTES and not self.field.looks_up:
             unpack_lengths = _unpacker(ORDERS[data[:2]], self.lengths_at(data))
             self._known = _Known(len(data), unpack_lengths, unpack_lengths(data), place)
         self._size = len(data)
@@ -315,10 +318,11 @@ def _view(
 
 def _unpacker(order: str, lengths_at: Iterable[int]) -> Callable[[bytes], tuple[Any, ...]]:
     """Return what takes the lengths of strings and arrays from a message, after its first bytes."""
-    form, at = f"{order}2s", 2
+    forms, at = [f"{order}2s"], 2
     for each in lengths_at:
-        form, at = f"{form}{each - at}xI", each + 4
-    return struct.Struct(form).unpack_from
+        forms.append(f"{each - at}xI")
+        at = each + 4
+    return struct.Struct("".join(forms)).unpack_from
 
 
 def _numbers(place: Place, data: bytes | bytearray) -> Numbers:
