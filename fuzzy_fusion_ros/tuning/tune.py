@@ -31,6 +31,7 @@ from fuzzy_fusion_ros.tuning.kernel import joined, outputs
 from fuzzy_fusion_ros.tuning.model_selection import FittedCandidate
 from fuzzy_fusion_ros.tuning.reference import reference_without_truth
 from fuzzy_fusion_ros.tuning.search import Pool, Progress
+from fuzzy_fusion_ros.tuning.space import LAGS, has_lag_to_fit
 from fuzzy_fusion_ros.tuning.together import oddities, typical
 
 NO_WORSE = 1.002
@@ -251,7 +252,7 @@ def tune_to(
     best = adapting_if_better(problem, named[best.name], best, sensors, threads, seed)
     final = best.parameters
     if with_truth:
-        final = simplified(problem, final)
+        final = simplified(problem, sensors, final)
         if is_long:  # else it does not show what that costs
             final = shorten_bias_time_constant(problem, final)
     elif sensors.related:
@@ -421,16 +422,19 @@ def with_low_pass(problem: Problem, sensors: Characteristics, parameters: Parame
     return min(tried, key=problem.misfit)
 
 
-def simplified(problem: Problem, parameters: Parameters) -> Parameters:
+def simplified(problem: Problem, sensors: Characteristics, parameters: Parameters) -> Parameters:
     """Switch off every step of the method that makes no difference, one after the other.
 
     The time by which S2 follows S1 stays, to be right where the signal moves faster: the lag takes
-    over that of a delay or a low-pass, and the delay that of the lag, if they are there.
+    over that of a delay or a low-pass, and the delay that of the lag, if they are there. If neither
+    is left, it stays where it was measured with certainty: while S1 is right, no lag matters.
 
     Args:
         problem: What was fitted.
+        sensors: What the sensors are like.
         parameters: The result.
     """
+    is_sure = has_lag_to_fit(sensors)
     most = NO_WORSE * problem.misfit(parameters)
     for names, heir in (
         (("s1.spike_threshold",), ""),
@@ -446,6 +450,8 @@ def simplified(problem: Problem, parameters: Parameters) -> Parameters:
         changes = dict.fromkeys(names, 0.0)
         if values.get(heir, 0.0) > 0.0:
             changes[heir] = values[heir] + values[names[0]]
+        elif is_sure and names[0] in LAGS:
+            continue
         simpler = replace(parameters, allowed(Parameters, changes))
         if simpler != parameters and problem.misfit(simpler) <= most:
             parameters = simpler

@@ -259,7 +259,7 @@ def markdown(rows: list[dict[str, Any]]) -> list[str]:
             f"{min(row['others'][each] for each in SINGLE):.3g} | "
             f"{row['others'][best]:.3g} `{best}` | {row['ours']:.3g} | {ratio(row):.2f} | "
             f"{ratio_to_picked(row):.2f} `{row['picked']}` | "
-            f"{row['constant'] / row['ours']:.2f} |"
+            f"{row['constant'] / max(row['ours'], TINY):.2f} |"
         )
     return lines
 

@@ -14,7 +14,7 @@ from tuning.standins import standin
 
 from fuzzy_fusion_ros.baselines import BASELINES, BaselineParameters, methods
 from fuzzy_fusion_ros.batch.arrays import Reals, Stamps, root_mean_square
-from fuzzy_fusion_ros.batch.lag import TRUSTED
+from fuzzy_fusion_ros.batch.lag import TRUSTED, Lag
 from fuzzy_fusion_ros.batch.series import Series, fusion, run, values
 from fuzzy_fusion_ros.core.estimator import FUSED
 from fuzzy_fusion_ros.parameters.errors import ParameterError
@@ -597,9 +597,10 @@ def test_steps_without_effect_are_left_out(recording: Made) -> None:
         "s2.lag_time_constant": 0.5,
         "s1.drift_time_constant": 3.0,
     }
-    assert simplified(problem, replace(Parameters(), useless)) == replace(
-        Parameters(),
-        {"aggregator.drift.large": simplified(problem, Parameters()).aggregator.drift.large},
+    unsure = characterise(series)._replace(lag=Lag(0.0, 0.2, 0.5))
+    simple = simplified(problem, unsure, Parameters())
+    assert simplified(problem, unsure, replace(Parameters(), useless)) == replace(
+        Parameters(), {"aggregator.drift.large": simple.aggregator.drift.large}
     )
     long = replace(Parameters(), {"aggregator.rate.large": 1.23456789})
     assert rounded(problem, long).aggregator.rate.large == 1.235
@@ -609,8 +610,23 @@ def test_a_lag_takes_over_the_time_of_a_delay_that_is_left_out() -> None:
     series, truth = made(Sensors(lag=0.5), rate=100.0)
     problem = Problem([series], truth, series.s2_known > 0, Parameters())
     observer = {"s1.bias_time_constant": 1.0, "s2.lag_time_constant": 0.47, "s2.delay": 0.03}
-    s2 = simplified(problem, replace(Parameters(), observer)).s2
+    s2 = simplified(problem, characterise(series), replace(Parameters(), observer)).s2
     assert (s2.lag_time_constant, s2.delay) == (pytest.approx(0.5), 0.0)
+
+
+def test_a_lag_that_is_sure_stays_also_where_the_recording_does_not_need_it() -> None:
+    """While S1 is right, S2 is hardly looked at; later it may be all there is."""
+    series, truth = made(Sensors(lag=0.5))
+    series = series._replace(s1=truth + np.random.default_rng(3).normal(0.0, 0.01, truth.size))
+    problem = Problem([series], truth, series.s2_known > 0, Parameters())
+    observer = {"s1.bias_time_constant": 1e6, "s1.bias_prior": 1e-6, "s2.noise": 0.1}
+    observer |= safety_net(1e3)
+    fitted = replace(Parameters(), {**observer, "s2.lag_time_constant": 0.5})
+    sensors = characterise(series)
+    assert sensors.lag.correlation > SURE
+    assert simplified(problem, sensors, fitted).s2.lag_time_constant == 0.5
+    unsure = sensors._replace(lag=sensors.lag._replace(correlation=SURE - 0.01))
+    assert simplified(problem, unsure, fitted).s2.lag_time_constant == 0.0
 
 
 def test_the_standard_deviation_is_for_the_worst_part(recording: Made) -> None:
