@@ -11,8 +11,6 @@ from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
 from fuzzy_fusion_ros.bag import BagReader, open_bag
 from fuzzy_fusion_ros.baselines import BaselineParameters
 from fuzzy_fusion_ros.batch.arrays import Reals, nearest
@@ -34,7 +32,6 @@ from fuzzy_fusion_ros.parameters.writing import writing
 from fuzzy_fusion_ros.scoring.join import interpolated
 from fuzzy_fusion_ros.tuning import Trial, Tuned
 from fuzzy_fusion_ros.tuning import tune_to as fit
-from fuzzy_fusion_ros.tuning.reference import in_gaps
 from fuzzy_fusion_ros.tuning.report import comments
 from fuzzy_fusion_ros.tuning.tune import why_unusable
 
@@ -367,8 +364,7 @@ def _truth(recording: Recording) -> Reals:
     """Return the truth at each S1 sample, NaN where it has a gap."""
     stamps_ns = recording.series.s1_ns
     truth = interpolated(recording.truth, stamps_ns, recording.period)
-    truth = nearest(truth, held_s2(recording.series), recording.period)
-    return np.where(in_gaps(recording.truth.stamps_ns, stamps_ns), np.nan, truth)
+    return nearest(truth, held_s2(recording.series), recording.period)
 
 
 def _origin(

@@ -5,8 +5,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from fuzzy_fusion_ros.batch.arrays import Reals, Stamps, unwrapped
+from fuzzy_fusion_ros.batch.arrays import Flags, Reals, Stamps, unwrapped
 from fuzzy_fusion_ros.offline.tracks import Track
+
+LONGEST_STEP = 10
+"""A step of more than this many median ones is a gap."""
 
 
 def interpolated(track: Track, stamps_ns: Stamps, period: float = 0.0) -> Reals:
@@ -19,7 +22,8 @@ def interpolated(track: Track, stamps_ns: Stamps, period: float = 0.0) -> Reals:
             continuous. 0 if it does not wrap.
 
     Returns:
-        Shape (n,); NaN before the first and after the last sample: nothing is extrapolated.
+        Shape (n,); NaN before the first and after the last sample, and in gaps: nothing is
+        extrapolated, and nothing made up.
     """
     found = np.full(stamps_ns.shape, np.nan)
     if track.stamps_ns.size == 0:
@@ -32,7 +36,25 @@ def interpolated(track: Track, stamps_ns: Stamps, period: float = 0.0) -> Reals:
     share = (wanted - track.stamps_ns[before]) / np.maximum(gap, 1)
     values = unwrapped(track.values, period)
     found[inside] = (1.0 - share) * values[before] + share * values[after]
+    found[in_gaps(track.stamps_ns, stamps_ns)] = np.nan
     return found
+
+
+def in_gaps(stamps_ns: Stamps, wanted_ns: Stamps) -> Flags:
+    """Return which stamps fall into a gap of a series, where interpolation is meaningless.
+
+    Args:
+        stamps_ns: Stamps of the series, rising, shape (m,), nanoseconds.
+        wanted_ns: The stamps in question, shape (n,), nanoseconds.
+    """
+    steps = np.diff(stamps_ns)
+    if steps.size == 0:
+        return np.zeros(wanted_ns.shape, np.bool_)
+    long = np.concatenate([[False], steps > LONGEST_STEP * np.median(steps), [False]])
+    after = np.searchsorted(stamps_ns, wanted_ns, side="left")
+    on_sample = stamps_ns[np.minimum(after, steps.size)] == wanted_ns
+    inside: Flags = long[after] & ~on_sample
+    return inside
 
 
 def held(stamps_ns: Stamps, values: Reals, wanted_ns: Stamps) -> Reals:

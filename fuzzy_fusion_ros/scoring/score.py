@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,7 +21,7 @@ from fuzzy_fusion_ros.offline.topics import Topics
 from fuzzy_fusion_ros.offline.tracks import Progress, Track
 from fuzzy_fusion_ros.online.mode_shares import shares_of
 from fuzzy_fusion_ros.parameters.fusion import Parameters
-from fuzzy_fusion_ros.scoring.join import held, interpolated
+from fuzzy_fusion_ros.scoring.join import held, in_gaps, interpolated
 from fuzzy_fusion_ros.scoring.metrics import (
     METRICS,
     REPORTED,
@@ -38,6 +38,9 @@ MOST = 4_000_000
 
 MOST_FITTED = 1_000_000
 """Baselines are fitted to no more samples of S1, from the middle of what is scored."""
+
+SPARSE = 3.0
+"""A truth with longer intervals than this many of S2 is sparse."""
 
 _MOSTLY = 0.9
 
@@ -252,7 +255,12 @@ def score(
             if track.stamps_ns.size
         },
         modes=shares_of(trace.mode.tolist(), trace.stamp_ns.tolist()),
-        notes=(*recording.notes, *_thinned(every), *_single(matched)),
+        notes=(
+            *recording.notes,
+            *_thinned(every),
+            *_gaps(recording, stamps_ns),
+            *_single(matched),
+        ),
     )
 
 
@@ -351,6 +359,21 @@ def _among(stamps_ns: Stamps, of_ns: Stamps) -> Flags:
 
 def _thinned(every: int) -> list[str]:
     return [f"more than {MOST:,} estimates: one in {every} is scored"] if every > 1 else []
+
+
+def _gaps(recording: Recording, stamps_ns: Stamps) -> Iterator[str]:
+    """Say where the truth is missing, and where it is sparse."""
+    missing = int(np.count_nonzero(in_gaps(recording.truth.stamps_ns, stamps_ns)))
+    if missing:
+        yield f"{missing} estimates are in gaps of the truth and are not scored"
+    steps = [np.diff(each.stamps_ns) for each in (recording.truth, recording.s2)]
+    if all(each.size for each in steps):
+        truth_s, s2_s = (float(np.median(each)) * 1e-9 for each in steps)
+        if truth_s > SPARSE * s2_s:
+            yield (
+                f"the truth has one sample in {truth_s:.3g} s, S2 one in {s2_s:.3g} s: between "
+                "samples of the truth, errors are measured against a straight line"
+            )
 
 
 def _fused(series: Series, parameters: Parameters, first: int, every: int) -> Trace:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy_fusion_ros.batch.arrays import Flags, Reals, Stamps, root_mean_square
+from fuzzy_fusion_ros.batch.arrays import Reals, root_mean_square
 from fuzzy_fusion_ros.batch.cleaning import without_noise, without_spikes
 from fuzzy_fusion_ros.batch.lag import read_through
 from fuzzy_fusion_ros.batch.series import Series, held_s2, seconds
@@ -23,9 +23,6 @@ from fuzzy_fusion_ros.tuning.characterise import Characteristics
 _SMOOTHING_TIMES = 18
 _NEARLY = 1.02
 """The longest smoothing is used that predicts S1's bias within 2 % of the best."""
-
-LONGEST_STEP = 10
-"""A step of more than this many median ones is a gap."""
 
 
 class _Smoothing(NamedTuple):
@@ -98,20 +95,3 @@ def _best_smoothing(s2_s: Reals, error: Reals, sensors: Characteristics) -> _Smo
         if each.straight == best.straight and each.misfit <= _NEARLY * best.misfit
     ]
     return good[-1]
-
-
-def in_gaps(stamps_ns: Stamps, wanted_ns: Stamps) -> Flags:
-    """Return which stamps fall into a gap of a series, where interpolation is meaningless.
-
-    Args:
-        stamps_ns: Stamps of the series, rising, shape (m,), nanoseconds.
-        wanted_ns: The stamps in question, shape (n,), nanoseconds.
-    """
-    steps = np.diff(stamps_ns)
-    if steps.size == 0:
-        return np.zeros(wanted_ns.shape, np.bool_)
-    long = np.concatenate([[False], steps > LONGEST_STEP * np.median(steps), [False]])
-    after = np.searchsorted(stamps_ns, wanted_ns, side="left")
-    on_sample = stamps_ns[np.minimum(after, steps.size)] == wanted_ns
-    inside: Flags = long[after] & ~on_sample
-    return inside

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fuzzy_fusion_ros.offline.tracks import Track
-from fuzzy_fusion_ros.scoring.join import held, interpolated
+from fuzzy_fusion_ros.scoring.join import held, in_gaps, interpolated
 
 BEGIN_NS = 1_700_000_000_123_456_789
 
@@ -25,6 +25,31 @@ def test_between_two_samples_lies_the_line() -> None:
         BEGIN_NS + np.array([-1, 0, 25, 100, 550, 1000, 1001]),
     )
     assert np.array_equal(found, [np.nan, 1.0, 1.5, 3.0, 1.5, 0.0, np.nan], equal_nan=True)
+
+
+def test_gaps_are_between_samples_only() -> None:
+    stamps_ns = np.array([0, 10, 20, 500, 510], np.int64)
+    wanted_ns = np.array([-5, 0, 15, 20, 21, 499, 500, 505, 600], np.int64)
+    assert in_gaps(stamps_ns, wanted_ns).tolist() == [
+        False,
+        False,
+        False,
+        False,
+        True,
+        True,
+        False,
+        False,
+        False,
+    ]
+    assert not in_gaps(stamps_ns[:1], wanted_ns).any()
+
+
+def test_in_a_gap_there_is_nothing() -> None:
+    found = interpolated(
+        track([0, 10, 20, 500, 510], [1.0, 2.0, 3.0, 0.0, 1.0]),
+        BEGIN_NS + np.array([15, 20, 260, 500, 505]),
+    )
+    assert np.array_equal(found, [2.5, 3.0, np.nan, 0.0, 0.5], equal_nan=True)
 
 
 def test_nothing_comes_of_nothing() -> None:
@@ -44,10 +69,12 @@ def test_a_single_sample_counts_where_it_is() -> None:
 def test_it_stays_between_the_neighbours(times: list[int], data: st.DataObject) -> None:
     values = [data.draw(st.floats(-1e3, 1e3)) for _ in times]
     wanted = data.draw(st.integers(times[0], times[-1]))
-    found = interpolated(track(times, values), np.array([BEGIN_NS + wanted]))[0]
+    known, at = track(times, values), np.array([BEGIN_NS + wanted])
+    found = interpolated(known, at)[0]
+    assert np.isnan(found) == in_gaps(known.stamps_ns, at)[0]
     after = next(k for k, time in enumerate(times) if time >= wanted)
     around = values[max(after - 1, 0) : after + 1]
-    assert min(around) - 1e-9 <= found <= max(around) + 1e-9
+    assert np.isnan(found) or min(around) - 1e-9 <= found <= max(around) + 1e-9
     if wanted in times:
         assert found == values[times.index(wanted)]
 

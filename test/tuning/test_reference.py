@@ -10,7 +10,6 @@ from tuning.recordings import Sensors, made
 from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.batch.series import held_s2
 from fuzzy_fusion_ros.tuning import characterise, reference_without_truth
-from fuzzy_fusion_ros.tuning.reference import in_gaps
 
 AILMENTS = {
     "bias": Sensors(bias=0.5),
@@ -32,20 +31,3 @@ def test_it_is_near_the_truth(sensors: Sensors) -> None:
         return float(np.sqrt(np.mean(np.square((values - truth)[known]))))
 
     assert error(found) < 0.6 * min(error(series.s1), error(held_s2(series)))
-
-
-def test_gaps_are_between_samples_only() -> None:
-    stamps_ns = np.array([0, 10, 20, 500, 510], np.int64)
-    wanted_ns = np.array([-5, 0, 15, 20, 21, 499, 500, 505, 600], np.int64)
-    assert in_gaps(stamps_ns, wanted_ns).tolist() == [
-        False,
-        False,
-        False,
-        False,
-        True,
-        True,
-        False,
-        False,
-        False,
-    ]
-    assert not in_gaps(stamps_ns[:1], wanted_ns).any()
