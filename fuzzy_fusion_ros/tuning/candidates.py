@@ -48,6 +48,9 @@ FEWEST = 0.25
 LOST_AFTER = 3.0
 """S2 counts as lost after this many of its intervals without a sample, and its delivery time."""
 
+PAUSES = 1.5
+"""Nor does it before this many of the longest pauses that are usual."""
+
 
 class Candidate(NamedTuple):
     """A structure of the fusion that may be chosen.
@@ -71,7 +74,8 @@ def candidates_for(sensors: Characteristics, with_truth: bool = True) -> list[Ca
         with_truth: Whether the target is a truth; without, the observer is fitted to what S2 says,
             and keeps S2's lag as measured unless that is sure, or a lower bound.
     """
-    lost = LOST_AFTER * sensors.s2_interval + sensors.s2_delivery
+    silence = max(LOST_AFTER * sensors.s2_interval, PAUSES * sensors.s2_pause)
+    lost = silence + sensors.s2_delivery
     patient = max(lost, 2.0 * sensors.s2_gap + sensors.s2_delivery)
     return [
         Candidate("s2", "raw S2", _alone(0.0, patient)),

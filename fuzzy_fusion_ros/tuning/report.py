@@ -11,13 +11,16 @@ import numpy as np
 from fuzzy_fusion_ros.batch.lag import GUESS_BELOW, SHARE_OF_SPAN
 from fuzzy_fusion_ros.parameters.group import flatten
 from fuzzy_fusion_ros.text.table import bag_table, text_table
-from fuzzy_fusion_ros.tuning.candidates import LOST_AFTER
+from fuzzy_fusion_ros.tuning.candidates import LOST_AFTER, PAUSES
 from fuzzy_fusion_ros.tuning.characterise import Characteristics
 from fuzzy_fusion_ros.tuning.model_selection import ENOUGH_S2
 from fuzzy_fusion_ros.tuning.tune import Tuned
 
 WORSE = 1.001
 """The fit is worse than a sensor alone if its error is larger by more than rounding explains."""
+
+MUCH_BETTER = 0.75
+"""A filter whose error is below this share of ours shows that the fit has missed something."""
 
 HARDLY_BETTER = 0.9
 """An error after the fit above this share of that of the better sensor alone is hardly a gain."""
@@ -164,6 +167,7 @@ def outcome(tuned: Tuned, unit: str) -> str:
         + _limits(tuned)
         + ("" if tuned.parameters.predictor.enabled else "; the predictor would not help")
         + _gain_over_one_sensor(tuned, u)
+        + _better_filter(tuned, u)
         + _warning(tuned)
     )
 
@@ -180,6 +184,18 @@ def _gain_over_one_sensor(tuned: Tuned, u: str) -> str:
     return (
         f". WARNING: this is {how_much} better than {alone} alone ({error:.4g}{u}): run check; "
         "is S2 right throughout, also at rest?"
+    )
+
+
+def _better_filter(tuned: Tuned, u: str) -> str:
+    """Return which filter is much better than the fusion, if any is."""
+    best = min(tuned.baseline_errors, key=tuned.baseline_errors.__getitem__)
+    error = tuned.baseline_errors[best]
+    if tuned.chosen in {"s1", "s2"} or error > MUCH_BETTER * tuned.error:
+        return ""
+    return (
+        f". WARNING: the filter {best} is much better ({error:.4g}{u}): run check; "
+        "is the scale of S1 that of S2?"
     )
 
 
@@ -244,8 +260,8 @@ def comments(tuned: Tuned, unit: str, origin: str, names: Sequence[str] = ()) ->
         yield from recording_lines(tuned, unit, names)
         yield ""
     yield outcome(tuned, unit)
-    yield f"s2.timeout is {LOST_AFTER:g} intervals of S2 and its delivery time; after that,"
-    yield "conditioned S1 is used alone."
+    yield f"s2.timeout is {LOST_AFTER:g} intervals of S2, or {PAUSES:g} usual pauses, and its"
+    yield "delivery time; after that, conditioned S1 is used alone."
     yield "The entry `baselines` is for score --params; nodes ignore it."
 
 

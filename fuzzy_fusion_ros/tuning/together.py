@@ -26,6 +26,7 @@ _OTHERS = "in the other recordings"
 _MEDIANS = (
     "s1_interval",
     "s2_interval",
+    "s2_pause",
     "s1_noise",
     "s2_noise",
     "spike_share",

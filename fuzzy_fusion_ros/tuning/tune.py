@@ -390,9 +390,12 @@ def adapting_if_better(
     for name, intervals in ADAPTATIONS.items():
         fixed = fitted.parameters
         change = allowed(Parameters, {name: intervals * sensors.s2_interval})
-        adapting = replace(fixed, change)
         if flatten(fixed)[name] != 0.0 or not fixed.s1.bias_time_constant > 0.0:
             continue
+        # A fit without may have gone where adaptation cannot follow, as to no lag.
+        suggested = candidate.spec.space.values(candidate.spec.space.point({}))
+        starts = [replace(each, change) for each in (fixed, replace(fixed, suggested))]
+        adapting = min(starts, key=problem.loss)
         if problem.loss(adapting) > ADAPTING_PAYS * problem.loss(fixed):
             continue
         with Pool(threads, lambda done, of: None, 0) as pool:  # rare, as above

@@ -38,6 +38,7 @@ def recordings(draw: st.DrawFn) -> Characteristics:
         span=draw(times) * 1e3,
         s1_interval=draw(times),
         s2_interval=draw(times),
+        s2_pause=draw(times),
         s2_gap=draw(times) * 1e3,
         s2_delivery=draw(times),
         s1_noise=draw(sizes),
