@@ -16,6 +16,7 @@ from fuzzy_fusion_ros.checking.motion import halved, motion_of
 from fuzzy_fusion_ros.checking.publishers import judge_publishers
 from fuzzy_fusion_ros.checking.relation import MOST_POINTS, Comparison, Kind, Relation
 from fuzzy_fusion_ros.checking.samples import SensorSamples, TwoSensors
+from fuzzy_fusion_ros.checking.saturation import saturation_of
 from fuzzy_fusion_ros.checking.stamps import ClockStep, deliveries, judge_stamps
 from fuzzy_fusion_ros.checking.values import Values, judge_values, wrap_of
 from fuzzy_fusion_ros.core.numerics import LARGEST
@@ -33,7 +34,7 @@ GAP_SECONDS = 1.0
 ABOUT_CLOCKS = frozenset({"clock offset", "clock step"})
 """Findings of :mod:`.clocks` that, as errors, mean two clocks; late delivery does not."""
 
-EXPLAINED = frozenset({"stuck", "wrap"})
+EXPLAINED = frozenset({"stuck", "wrap", "saturated"})
 """Findings that are to be fixed before sensors can be called unrelated."""
 
 
@@ -246,9 +247,12 @@ def _compare(
         Stamped(s1.usable, s1.steps), Stamped(s2.usable, s2.steps), start_ns, related
     )
     one, other = motion_of(clocks.s1_s, s1.clean), motion_of(clocks.s2_s, s2.clean)
+    at_ends = saturation_of("s1", one, "s2", other), saturation_of("s2", other, "s1", one)
+    one, other = one.kept(~at_ends[0].clipped), other.kept(~at_ends[1].clipped)
     compared = Comparison(one, other, most_points)
     found = hypotheses(compared)
-    findings = [*clocks.findings, *pair.stuck("s1", one, "s2", other)]
+    findings = [*clocks.findings, *(finding for each in at_ends for finding in each.findings)]
+    findings += pair.stuck("s1", one, "s2", other)
     findings += pair.stuck("s2", other, "s1", one)
     about_relation, relation = pair.judge_relation(
         found, expected, s1.usable.scale, only_units=period > 0.0 or kind is not None

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fuzzy_fusion_ros.batch.arrays import Reals
+from fuzzy_fusion_ros.batch.arrays import Flags, Reals
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,10 +33,13 @@ class Motion:
         """Median time between samples, seconds; infinite for fewer than two."""
         return float(np.median(np.diff(self.time_s))) if self.time_s.size > 1 else np.inf
 
+    def kept(self, which: Flags) -> Motion:
+        """Return some of the samples, shape (n,) says which."""
+        return Motion(self.time_s[which], self.values[which])
+
     def between(self, start_s: float, end_s: float) -> Motion:
         """Return the motion from one time to another, seconds, both included."""
-        inside = (self.time_s >= start_s) & (self.time_s <= end_s)
-        return Motion(self.time_s[inside], self.values[inside])
+        return self.kept((self.time_s >= start_s) & (self.time_s <= end_s))
 
 
 def motion_of(time_s: Reals, values: Reals) -> Motion:

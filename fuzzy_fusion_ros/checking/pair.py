@@ -85,7 +85,7 @@ OTHER_MOVES = (1.0, 2.0)
 """over this many of its standard deviations, with this many times that of its noise."""
 
 COPIED = 0.99
-"""Share of samples that both sensors have in common from which on they are one sensor."""
+"""Share of the samples of one sensor from which on it is a copy, if the other has them too."""
 
 MOST_PERIODS = 8
 """In a turn: lines have two periods, the edges of a square four."""
@@ -113,10 +113,8 @@ def same_source(sensors: TwoSensors) -> list[Finding]:
     equal = (more.stamps_ns[place] == fewer.stamps_ns) & (more.values[place] == fewer.values)
     if np.mean(equal) < COPIED:
         return []
-    relayed = fewer.values.size >= COPIED * more.values.size
-    level = Level.WARNING if relayed else Level.INFO
     text = f"{fewer.name} is a copy of {more.name}: every stamp and value of it is also there"
-    return [Finding(level, "copy", text, {}, "set --s1 and --s2 to different sensors")]
+    return [Finding(Level.WARNING, "copy", text, {}, "set --s1 and --s2 to different sensors")]
 
 
 def same_units(sensors: TwoSensors) -> list[Finding]:
