@@ -12,7 +12,7 @@ from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.checking import pair
 from fuzzy_fusion_ros.checking.clocks import Clocks, Stamped, judge_clocks
 from fuzzy_fusion_ros.checking.finding import Finding, Level
-from fuzzy_fusion_ros.checking.motion import halved, motion_of
+from fuzzy_fusion_ros.checking.motion import Motion, motion_of, parted
 from fuzzy_fusion_ros.checking.publishers import judge_publishers
 from fuzzy_fusion_ros.checking.relation import MOST_POINTS, Comparison, Kind, Relation
 from fuzzy_fusion_ros.checking.samples import SensorSamples, TwoSensors
@@ -239,6 +239,9 @@ def _compare(
     def hypotheses(compared: Comparison) -> list[Relation]:
         return [each for each in compared.relations if kind in {None, each.kind}]
 
+    def on_each(parts: list[tuple[Motion, Motion]]) -> list[list[Relation]]:
+        return [hypotheses(Comparison(*part, most_points)) for part in parts]
+
     def related(s1_s: Reals, s2_s: Reals) -> float | None:
         motions = motion_of(s1_s, s1.clean), motion_of(s2_s, s2.clean)
         return pair.least_cost(hypotheses(Comparison(*motions, most_points)), expected)
@@ -258,9 +261,13 @@ def _compare(
         found, expected, s1.usable.scale, only_units=period > 0.0 or kind is not None
     )
     if relation is not None and any(each.level > Level.INFO for each in about_relation):
-        halves = [hypotheses(Comparison(*half, most_points)) for half in halved(one, other)]
-        if not pair.is_lasting(relation, halves):
+        if not pair.is_lasting(relation, on_each(parted(one, other, 2))):
             about_relation, relation = [pair.passing(relation)], None
+    explained = {each.about for each in (*s1.findings, *s2.findings, *findings)} & EXPLAINED
+    if not explained and not pair.is_steady(relation):
+        parts = parted(one, other, pair.PARTS_COMPARED)
+        if changes := pair.changed(parts, on_each(parts), expected):
+            about_relation, relation = changes, None
     findings += about_relation
     if relation is not None:
         relation = relation._replace(lag=compared.lag_of(relation))
@@ -269,7 +276,6 @@ def _compare(
     if relation is not None and not any(each.level for each in findings):
         raw = motion_of(clocks.s2_s, s2.usable.values)
         findings += pair.restless(relation, one, raw, period)
-    explained = {each.about for each in (*s1.findings, *s2.findings, *findings)} & EXPLAINED
     if relation is None and not about_relation and not explained:
         findings += pair.unrelated(found, one, other, kind or expected)
     return clocks, relation, findings

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -53,9 +54,9 @@ def motion_of(time_s: Reals, values: Reals) -> Motion:
     return Motion(times, values[places])
 
 
-def halved(one: Motion, other: Motion) -> list[tuple[Motion, Motion]]:
-    """Return two motions in either half of the time that both cover."""
+def parted(one: Motion, other: Motion, parts: int) -> list[tuple[Motion, Motion]]:
+    """Return two motions in equal parts of the time that both cover."""
     start = float(max(one.time_s[0], other.time_s[0]))
     end = float(min(one.time_s[-1], other.time_s[-1]))
-    middle = 0.5 * (start + end)
-    return [(one.between(*half), other.between(*half)) for half in ((start, middle), (middle, end))]
+    edges = np.linspace(start, end, parts + 1)
+    return [(one.between(*part), other.between(*part)) for part in pairwise(edges)]

@@ -38,6 +38,13 @@ FACTOR = 1.8
 """A scale off by less is the inaccuracy of a sensor rather than another unit. What is unexplained
 counts twice, as noise and as dynamics: a slow sensor does not reach the peaks."""
 
+PARTS_COMPARED = 4
+"""Equal parts of a recording that are searched for a change of sign or scale."""
+
+SAME_LAG = 0.25
+"""Over such a change, the lag stays within this many seconds and an interval of S2. Where two sines
+drift apart, it does not."""
+
 UNRELATED = 2.5
 """Sensors have nothing in common if no hypothesis reaches this many times chance,"""
 
@@ -267,6 +274,64 @@ def _may_be_same(one: Relation, other: Relation) -> bool:
     return 1.0 / FACTOR < ratio < FACTOR or overlap >= 1.0 / NEAR_ONE
 
 
+def is_steady(relation: Relation | None) -> bool:
+    """Return whether the whole recording shows one relation too well for it to have changed."""
+    return relation is not None and relation.correlation >= BEYOND_DOUBT
+
+
+def changed(
+    parts: Sequence[tuple[Motion, Motion]],
+    found: Sequence[Sequence[Relation]],
+    expected: Kind,
+) -> list[Finding]:
+    """Judge whether sign or scale changes once in a recording.
+
+    Args:
+        parts: S1 and S2 in parts of it, in order.
+        found: The hypotheses on each part, the most credible first.
+        expected: What the parameters say that the sensors are to each other.
+    """
+    seen = [
+        (s2, each[0])
+        for (_, s2), each in zip(parts, found, strict=True)
+        if each and each[0].kind is expected and _is_beyond_doubt(each)
+    ]
+    differs = [k for k in range(1, len(seen)) if not _may_be_same(seen[k][1], seen[k - 1][1])]
+    if len(differs) != 1:
+        return []
+    early, late = seen[: differs[0]], seen[differs[0] :]
+    before, after = (max((each for _, each in side), key=_correlation) for side in (early, late))
+    if abs(after.lag - before.lag) > SAME_LAG + parts[0][1].interval:
+        return []
+    until_s, since_s = float(early[-1][0].time_s[-1]), float(late[0][0].time_s[0])
+    if before.sign == after.sign:
+        text = (
+            f"s1 reads {before.sign / before.middle_scale:.2g} times what s2 reads until "
+            f"{until_s:.1f} s and {after.sign / after.middle_scale:.2g} times from {since_s:.1f} s on"
+        )
+    else:
+        signs = ("the sign", "the opposite")[:: before.sign]
+        text = (
+            f"s1 has {signs[0]} of s2 until {until_s:.1f} s and {signs[1]} from {since_s:.1f} s on"
+        )
+    evidence = {
+        "correlation": before.sign * before.correlation,
+        "after": after.sign * after.correlation,
+    }
+    remedy = "find out what changed there, or choose a part by --start and --end"
+    return [Finding(Level.WARNING, "changed", text, evidence, remedy)]
+
+
+def _correlation(relation: Relation) -> float:
+    return relation.correlation
+
+
+def _is_beyond_doubt(found: Sequence[Relation]) -> bool:
+    """Return whether a part shows the best hypothesis on it beyond doubt."""
+    rival = min((each.cost for each in found[1:]), default=np.inf)
+    return found[0].correlation >= BEYOND_DOUBT and rival - found[0].cost >= MARGIN
+
+
 def passing(relation: Relation) -> Finding:
     """Return the finding that the halves do not bear out a relation that would be a fault."""
     text = "the relation between s1 and s2 over the whole recording does not hold in each half"
@@ -373,7 +438,10 @@ def unrelated(
     enough = enough and not any(is_related(each) for each in found)
     if not enough or by_units is Kind.S1_RATE or best.correlation > UNRELATED * best.chance:
         return [Finding(Level.INFO, "motion", text, {"correlation": best.correlation})]
-    evidence = {"correlation": best.correlation, "chance": best.chance}
+    evidence = {
+        "correlation": best.correlation,
+        "up to by chance": min(1.0, UNRELATED * best.chance),
+    }
     text = "s1 and s2 are correlated no better than by chance"
     return [Finding(Level.WARNING, "unrelated", text, evidence, "choose another topic or field")]
 

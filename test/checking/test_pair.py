@@ -367,15 +367,14 @@ def test_messages_without_the_number_are_named_beside_an_overflow() -> None:
 
 def test_a_fault_that_one_half_of_a_recording_contradicts_is_none() -> None:
     late1, late2 = T1 >= 30.0, T2 >= 30.0
-    s1 = np.where(late1, 1.0, 0.2) * motion(T1)
-    found = checked(s1, np.where(late2, -1.0, 0.2) * motion(T2))
+    s1 = np.where(late1, rate(T1), 0.2 * motion(T1))
+    found = checked(s1, np.where(late2, 1.0, 0.2) * motion(T2))
     assert found.is_fine, found.findings
     (finding,) = found.findings
     assert finding.about == "ambiguous"
     assert finding.text == (
         "the relation between s1 and s2 over the whole recording does not hold in each half"
     )
-    assert not checked(s1, np.where(late2, -1.0, -0.2) * motion(T2)).is_fine
 
 
 def test_half_a_recording_at_rest_does_not_hide_a_fault() -> None:
@@ -540,3 +539,44 @@ def test_a_turn_has_few_periods(period: float, named: bool) -> None:
     sensors = TwoSensors(s1, s2, START_NS, period)
     assert (pair.period_of(sensors) == 360.0) == (named or period == 360.0)
     assert bool(pair.wrong_period(sensors)) is named
+
+
+def flipped(at_s: float, before: float, after: float) -> Reals:
+    """The motion times one factor until a time, and times another from then on."""
+    found: Reals = motion(T1) * np.where(T1 < at_s, before, after)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("s1", "text"),
+    [
+        (flipped(30.0, 1.0, -1.0), "s1 has the sign of s2 until 29.9 s and the opposite from "),
+        (flipped(37.0, 1.0, -1.0), "s1 has the sign of s2 until 29.9 s and the opposite from "),
+        (flipped(20.0, -1.0, 1.0), "s1 has the opposite of s2 until 14.9 s and the sign from "),
+        (flipped(30.0, 1.0, 3.0), "s1 reads 1 times what s2 reads until 29.9 s and 3 times from "),
+        (
+            flipped(44.0, 57.3, 1.0),
+            "s1 reads 57 times what s2 reads until 44.9 s and 1 times from ",
+        ),
+    ],
+)
+def test_a_sign_or_scale_that_changes(s1: Reals, text: str) -> None:
+    found = both(
+        sensor("s1", T1, s1 + 0.1 * NOISE), sensor("s2", T2, motion(T2 - LAG) + 0.01 * NOISE2)
+    )
+    (finding,) = found.findings
+    assert (finding.about, finding.level) == ("changed", Level.WARNING)
+    assert finding.text.startswith(text)
+    assert "--start" in finding.remedy
+    assert found.relation is None
+
+
+def test_two_sines_that_drift_apart_have_not_changed() -> None:
+    found = checked(np.sin(2.0 * T1), np.sin(2.05 * T2))
+    assert "changed" not in {each.about for each in found.findings}
+
+
+def test_what_is_called_unrelated_is_within_chance() -> None:
+    other = 2.0 * np.sin(0.83 * T2) + np.sin(1.57 * T2) + np.sin(3.1 * T2 + 1.0)
+    evidence = only(checked(motion(T1), other).findings, "unrelated").evidence
+    assert evidence["correlation"] <= evidence["up to by chance"] <= 1.0
