@@ -260,9 +260,12 @@ def _compare(
     about_relation, relation = pair.judge_relation(
         found, expected, s1.usable.scale, only_units=period > 0.0 or kind is not None
     )
-    if relation is not None and any(each.level > Level.INFO for each in about_relation):
-        if not pair.is_lasting(relation, on_each(parted(one, other, 2))):
-            about_relation, relation = [pair.passing(relation)], None
+    if (
+        relation is not None
+        and any(each.level > Level.INFO for each in about_relation)
+        and not pair.is_lasting(relation, on_each(parted(one, other, 2)))
+    ):
+        about_relation, relation = [pair.passing(relation)], None
     explained = {each.about for each in (*s1.findings, *s2.findings, *findings)} & EXPLAINED
     if not explained and not pair.is_steady(relation):
         parts = parted(one, other, pair.PARTS_COMPARED)

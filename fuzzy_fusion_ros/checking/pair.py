@@ -303,17 +303,14 @@ def changed(
     before, after = (max((each for _, each in side), key=_correlation) for side in (early, late))
     if abs(after.lag - before.lag) > SAME_LAG + parts[0][1].interval:
         return []
-    until_s, since_s = float(early[-1][0].time_s[-1]), float(late[0][0].time_s[0])
+    until = f"until {float(early[-1][0].time_s[-1]):.1f} s"
+    since = f"from {float(late[0][0].time_s[0]):.1f} s on"
     if before.sign == after.sign:
-        text = (
-            f"s1 reads {before.sign / before.middle_scale:.2g} times what s2 reads until "
-            f"{until_s:.1f} s and {after.sign / after.middle_scale:.2g} times from {since_s:.1f} s on"
-        )
+        read, reads = (each.sign / each.middle_scale for each in (before, after))
+        text = f"s1 reads {read:.2g} times what s2 reads {until} and {reads:.2g} times {since}"
     else:
         signs = ("the sign", "the opposite")[:: before.sign]
-        text = (
-            f"s1 has {signs[0]} of s2 until {until_s:.1f} s and {signs[1]} from {since_s:.1f} s on"
-        )
+        text = f"s1 has {signs[0]} of s2 {until} and {signs[1]} {since}"
     evidence = {
         "correlation": before.sign * before.correlation,
         "after": after.sign * after.correlation,

@@ -543,7 +543,7 @@ def test_a_turn_has_few_periods(period: float, named: bool) -> None:
 
 def flipped(at_s: float, before: float, after: float) -> Reals:
     """The motion times one factor until a time, and times another from then on."""
-    found: Reals = motion(T1) * np.where(T1 < at_s, before, after)
+    found: Reals = motion(T1) * np.where(at_s > T1, before, after)
     return found
 
 
@@ -579,4 +579,5 @@ def test_two_sines_that_drift_apart_have_not_changed() -> None:
 def test_what_is_called_unrelated_is_within_chance() -> None:
     other = 2.0 * np.sin(0.83 * T2) + np.sin(1.57 * T2) + np.sin(3.1 * T2 + 1.0)
     evidence = only(checked(motion(T1), other).findings, "unrelated").evidence
-    assert evidence["correlation"] <= evidence["up to by chance"] <= 1.0
+    found, by_chance = evidence["correlation"], evidence["up to by chance"]
+    assert found <= by_chance <= 1.0
