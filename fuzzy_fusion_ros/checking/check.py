@@ -12,7 +12,7 @@ from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.checking import pair
 from fuzzy_fusion_ros.checking.clocks import Clocks, Stamped, judge_clocks
 from fuzzy_fusion_ros.checking.finding import Finding, Level
-from fuzzy_fusion_ros.checking.motion import Motion, motion_of, parted
+from fuzzy_fusion_ros.checking.motion import Bursts, Motion, bursts_of, motion_of, parted
 from fuzzy_fusion_ros.checking.publishers import judge_publishers
 from fuzzy_fusion_ros.checking.relation import MOST_POINTS, Comparison, Kind, Relation
 from fuzzy_fusion_ros.checking.samples import SensorSamples, TwoSensors
@@ -46,7 +46,7 @@ class Character(NamedTuple):
         source: Topic, field and, if known, unit.
         samples: How many came.
         usable: How many of them are finite and have a stamp on a lasting timeline.
-        interval: Median time between these, seconds.
+        interval: Median time between these, seconds; the mean if they come in bursts.
         gap: Longest time between these, seconds.
         delivery: Median time from stamp to arrival, seconds.
         latest: That of the slowest of a hundred, seconds.
@@ -174,12 +174,16 @@ def _judge(
     values = judge_values(dated, period, is_known=is_known, is_rate=is_rate, start_ns=start_ns)
     publishers = judge_publishers(usable, values.clean)
     gaps = _gaps(samples, start_ns)
-    findings = (*about_samples, *values.findings, *publishers, *gaps)
-    character = _character(samples, usable, values)
+    bursts = bursts_of(np.unique(usable.stamps_ns - usable.stamps_ns[0]) * 1e-9)
+    in_bursts = _in_bursts(samples.name, bursts)
+    findings = (*about_samples, *in_bursts, *values.findings, *publishers, *gaps)
+    character = _character(samples, usable, values, bursts)
     return _Judged(usable, timeline.steps, values.clean, character, findings)
 
 
-def _character(samples: SensorSamples, usable: SensorSamples, values: Values) -> Character:
+def _character(
+    samples: SensorSamples, usable: SensorSamples, values: Values, bursts: Bursts
+) -> Character:
     steps = np.diff(np.unique(usable.stamps_ns)) * 1e-9
     delivery = deliveries(usable)
     return Character(
@@ -187,7 +191,7 @@ def _character(samples: SensorSamples, usable: SensorSamples, values: Values) ->
         source=" ".join(filter(None, (samples.topic, samples.field, samples.unit))),
         samples=samples.values.size,
         usable=usable.values.size,
-        interval=float(np.median(steps)) if steps.size else np.inf,
+        interval=bursts.interval,
         gap=float(steps.max(initial=0.0)),
         delivery=float(np.median(delivery)),
         latest=float(np.quantile(delivery, 0.99)),
@@ -197,6 +201,17 @@ def _character(samples: SensorSamples, usable: SensorSamples, values: Values) ->
         repeated=float(np.mean(np.diff(usable.values) == 0.0)),
         spikes=values.spikes,
     )
+
+
+def _in_bursts(name: str, bursts: Bursts) -> list[Finding]:
+    """Return that stamps come in bursts: no sensor measures like that."""
+    if bursts.size == 1.0:
+        return []
+    text = (
+        f"{name} comes in bursts of about {bursts.size:.2g}, {duration(bursts.period)} apart: it "
+        "seems to be stamped on receipt"
+    )
+    return [Finding(Level.WARNING, "bursts", text, {}, "stamp it when it is measured")]
 
 
 def _lacking(samples: SensorSamples) -> list[Finding]:
@@ -215,7 +230,7 @@ def _gaps(samples: SensorSamples, start_ns: int) -> list[Finding]:
     steps = np.minimum(np.diff(samples.stamps_ns), np.diff(samples.arrivals_ns)) * 1e-9
     if steps.size == 0:
         return []
-    usual = float(np.median(np.diff(samples.arrivals_ns))) * 1e-9
+    usual = bursts_of((samples.arrivals_ns - samples.arrivals_ns[0]) * 1e-9).period
     gaps = np.flatnonzero(steps > max(GAP_INTERVALS * usual, GAP_SECONDS))
     if gaps.size == 0:
         return []

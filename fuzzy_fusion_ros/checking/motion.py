@@ -6,10 +6,67 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals
+
+SHORT, LONG = 0.01, 0.1
+"""In a burst, stamps are less than SHORT seconds apart (median), and bursts more than LONG: a
+receiver stamps what waits in a buffer at once."""
+
+MANY_SHORT = 5.0
+"""The time between bursts is more than this many times that between samples in them."""
+
+SHARES = (0.05, 0.45, 0.9, 0.6)
+"""Between bursts are at least and at most these shares of the steps, and of the time at least this
+share; after this share of them, a burst follows. Two publishers make half of the steps short, a
+rate that changes puts the long ones in a row."""
+
+FEWEST_BURSTS = 10
+"""Fewer are chance."""
+
+
+class Bursts(NamedTuple):
+    """How samples come.
+
+    Attributes:
+        size: How many come at once, on average; 1 for samples that do not come in bursts.
+        period: Median time between bursts, or else samples, seconds; infinite for fewer than two.
+    """
+
+    size: float
+    period: float
+
+    @property
+    def interval(self) -> float:
+        """Time between samples if bursts were spread evenly, seconds."""
+        return self.period / self.size
+
+
+def bursts_of(time_s: Reals) -> Bursts:
+    """Return how samples come.
+
+    Args:
+        time_s: Times, rising, shape (n,), seconds.
+    """
+    steps = np.diff(time_s)
+    if steps.size == 0:
+        return Bursts(1.0, np.inf)
+    usual = float(np.median(steps))
+    between = steps > max(MANY_SHORT * usual, SHORT)
+    count = int(np.count_nonzero(between))
+    if usual > SHORT or count < FEWEST_BURSTS:
+        return Bursts(1.0, usual)
+    period = float(np.median(steps[between]))
+    share = count / steps.size
+    follows = float(np.mean(~between[1:][between[:-1]]))
+    least, most, least_time, least_follows = SHARES
+    is_share = least <= share <= most and steps[between].sum() >= least_time * steps.sum()
+    if not is_share or follows < least_follows or period < LONG:
+        return Bursts(1.0, usual)
+    return Bursts(1.0 / share, period)
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +88,8 @@ class Motion:
 
     @cached_property
     def interval(self) -> float:
-        """Median time between samples, seconds; infinite for fewer than two."""
-        return float(np.median(np.diff(self.time_s))) if self.time_s.size > 1 else np.inf
+        """Time between samples, or between bursts of them, seconds; infinite for fewer than two."""
+        return bursts_of(self.time_s).period
 
     def kept(self, which: Flags) -> Motion:
         """Return some of the samples, shape (n,) says which."""
