@@ -25,6 +25,7 @@ from fuzzy_fusion_ros.offline.excerpts import excerpts
 from fuzzy_fusion_ros.offline.recording import Recording, read_recording
 from fuzzy_fusion_ros.offline.topics import Topics, codecs_of
 from fuzzy_fusion_ros.offline.tracks import Track
+from fuzzy_fusion_ros.offline.truth import truth_warnings
 from fuzzy_fusion_ros.parameters.errors import FusionError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import flatten, replace
@@ -250,9 +251,11 @@ def _read(
         )
         found = check_start(reader, wanted, base, start, end)
         to_score = _to_score(reader, wanted, start, end)
-    recording = recording._replace(notes=(*recording.notes, *warning_lines(found)))
     if not use_truth:
         recording = recording._replace(truth=Track._make(each[:0] for each in recording.truth))
+    about_truth = truth_warnings(recording, base, found)
+    notes = (*recording.notes, *warning_lines(found), *about_truth)
+    recording = recording._replace(notes=notes)
     known = recording.truth.stamps_ns.size > 0
     parts = excerpts(recording)
     truths = [_truth(each) if known else None for each in parts]

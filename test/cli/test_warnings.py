@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What replay, score and tune say of the sensors of a bag, in the words of check."""
+"""What replay, score and tune say of the sensors and the truth of a bag, in the words of check."""
 
 from __future__ import annotations
 
@@ -52,6 +52,25 @@ def test_a_negated_sensor_is_named(
     said = [line for line in capsys.readouterr().err.splitlines() if "WARN" in line]
     assert len(said) == (sign < 0.0)
     assert all(SAID in line and line.endswith("; fix: s1.scale: -1") for line in said)
+
+
+@pytest.mark.parametrize("command", ["score", "tune"])
+def test_a_negated_truth_is_named(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    command: str,
+) -> None:
+    be_quick(monkeypatch)
+    monkeypatch.chdir(tmp_path)
+    scalars = [
+        each._replace(value=-each.value) if each.topic == "/truth" else each for each in wavy()
+    ]
+    path = write_scalars(tmp_path / "bag", scalars)
+    main, options = COMMANDS[command]
+    assert main([str(path), *options]) == 0
+    (said,) = (line for line in capsys.readouterr().err.splitlines() if "WARN" in line)
+    assert "WARN s1 has the opposite sign of the truth (correlation -" in said
 
 
 @pytest.mark.parametrize(
