@@ -61,6 +61,12 @@ def test_the_whole_method_is_compiled_and_its_source_is_beside_it(extensions: Pa
 
 
 @compiles
+def test_what_compiled_code_imports_is_required(extensions: Path) -> None:
+    (metadata,) = extensions.glob("*.dist-info/METADATA")
+    assert "Requires-Dist: librt" in metadata.read_text()
+
+
+@compiles
 def test_compiled_it_says_the_same_to_the_last_bit(extensions: Path) -> None:
     walks = ROOT / "test" / "core" / "random_walks.py"
     compiled = say(extensions, walks).splitlines()

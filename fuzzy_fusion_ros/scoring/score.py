@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -39,9 +39,6 @@ MOST = 4_000_000
 
 MOST_FITTED = 1_000_000
 """Baselines are fitted to no more samples of S1, from the middle of what is scored."""
-
-SPARSE = 3.0
-"""A truth with longer intervals than this many of S2 is sparse."""
 
 _MOSTLY = 0.9
 
@@ -364,19 +361,9 @@ def _thinned(every: int) -> list[str]:
     return [f"more than {MOST:,} estimates: one in {every} is scored"] if every > 1 else []
 
 
-def _gaps(recording: Recording, stamps_ns: Stamps) -> Iterator[str]:
-    """Say where the truth is missing, and where it is sparse."""
+def _gaps(recording: Recording, stamps_ns: Stamps) -> list[str]:
     missing = int(np.count_nonzero(in_gaps(recording.truth.stamps_ns, stamps_ns)))
-    if missing:
-        yield f"{missing} estimates are in gaps of the truth and are not scored"
-    steps = [np.diff(each.stamps_ns) for each in (recording.truth, recording.s2)]
-    if all(each.size for each in steps):
-        truth_s, s2_s = (float(np.median(each)) * 1e-9 for each in steps)
-        if truth_s > SPARSE * s2_s:
-            yield (
-                f"the truth has one sample in {truth_s:.3g} s, S2 one in {s2_s:.3g} s: between "
-                "samples of the truth, errors are measured against a straight line"
-            )
+    return [f"{missing} estimates are in gaps of the truth and are not scored"] if missing else []
 
 
 def _fused(series: Series, parameters: Parameters, first: int, every: int) -> Trace:

@@ -347,14 +347,6 @@ def test_estimates_in_a_gap_of_the_truth_are_not_scored(tmp_path: Path) -> None:
     assert not any("gaps" in note for note in others.notes)
 
 
-def test_a_sparse_truth_is_said_to_be_sparse(tmp_path: Path) -> None:
-    kept = [each for k, each in enumerate(swing()) if each.topic != "/truth" or k % 7 == 0]
-    times = [each.time_s for each in kept if each.topic == "/truth"]
-    sparse = [each for each in kept if each.topic != "/truth" or each.time_s in times[::10]]
-    (note,) = scored(write_scalars(tmp_path / "sparse", sparse)).notes
-    assert "errors are measured against a straight line" in note
-
-
 @pytest.mark.parametrize("estimate", [True, False])
 def test_of_a_long_recording_one_estimate_in_so_many_is_scored(
     estimate: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
