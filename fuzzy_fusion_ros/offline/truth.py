@@ -16,8 +16,8 @@ from fuzzy_fusion_ros.offline.recording import Recording
 from fuzzy_fusion_ros.offline.tracks import Track
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 
-MOST_SAMPLES = 1_000_000
-"""Samples of S1 and of the truth whose motion is compared, from the start on."""
+MOST_SAMPLES = 200_000
+"""Samples of S1 and of the truth whose motion is compared, from the start on: under 1 s of work."""
 
 CERTAIN = 0.9
 """A lag is named only from this correlation on."""
@@ -137,11 +137,10 @@ def _still(recording: Recording, start_ns: int, begin_s: float) -> list[Finding]
     seconds, intervals = STILL_FOR
     longest = max(truth.interval, s1.interval, s2.interval)
     changes = np.flatnonzero(np.diff(truth.values) != 0.0)
-    firsts, lasts = np.append(0, changes + 1), np.append(changes, truth.intervals)
-    rests = np.column_stack([truth.time_s[firsts], truth.time_s[lasts]])
-    rests = rests[
-        (lasts - firsts >= intervals) & (np.ptp(rests, axis=1) >= max(seconds, intervals * longest))
-    ]
+    edges = np.concatenate([[-1], changes, [truth.intervals]])
+    equal = np.flatnonzero(np.diff(edges) > intervals)
+    rests = np.stack([truth.time_s[edges[equal] + 1], truth.time_s[edges[equal + 1]]], axis=1)
+    rests = rests[np.ptp(rests, axis=1) >= max(seconds, intervals * longest)]
     frozen = rests[_moves(s1, rests) & _moves(s2, rests)]
     if frozen.size == 0:
         return []
