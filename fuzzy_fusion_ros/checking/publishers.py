@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from fuzzy_fusion_ros.batch.arrays import Reals
@@ -36,7 +38,19 @@ def judge_publishers(samples: SensorSamples, values: Reals) -> list[Finding]:
         samples: Of the sensor.
         values: The usable ones without wraps and spikes, shape (n,).
     """
-    return _frames(samples) or _levels(samples.name, values)
+    return _elements(samples) or _frames(samples) or _levels(samples.name, values)
+
+
+def _elements(samples: SensorSamples) -> list[Finding]:
+    """Judge whether an element of an array, taken by its index, always has the same name."""
+    if len(samples.elements) < 2:
+        return []
+    first, other, *_ = samples.elements
+    text = (
+        f"{samples.field} of {samples.name} is {first!r} in some messages and {other!r} in others"
+    )
+    by_name = re.sub(r"(\w+)\[\d+\]$", rf"name={first}:\1", samples.field)
+    return [Finding(Level.WARNING, "element", text, {}, f"the field {by_name}")]
 
 
 def _frames(samples: SensorSamples) -> list[Finding]:

@@ -22,7 +22,10 @@ POINTS = 2048
 
 WORTH_REPEATING = frozenset(
     {
+        "bursts",
+        "changed",
         "copy",
+        "element",
         "exchanged",
         "outliers",
         "overflow",
@@ -30,6 +33,7 @@ WORTH_REPEATING = frozenset(
         "publishers",
         "rate",
         "same topic",
+        "saturated",
         "scale",
         "sign",
         "spikes",

@@ -27,6 +27,7 @@ class SensorSamples(NamedTuple):
         rejects_from: What is set to reject its outliers: ``s1.spike_threshold``, or
             ``s2.outlier_threshold``, which is in standard deviations; 0 if nothing is.
         frames: Each ``frame_id`` of some of its messages whenever it is not that of the one before.
+        elements: Each name that some of its messages give the element of an array that is read.
     """
 
     name: str
@@ -42,6 +43,7 @@ class SensorSamples(NamedTuple):
     unreadable: int = 0
     rejects_from: float = 0.0
     frames: tuple[str, ...] = ()
+    elements: tuple[str, ...] = ()
 
     def kept(self, which: Flags) -> SensorSamples:
         """Return some of the samples, shape (n,) says which."""

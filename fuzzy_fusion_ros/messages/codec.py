@@ -7,6 +7,7 @@ Instead of deserialising with rclpy or rosbags: see :mod:`fuzzy_fusion_ros.messa
 from __future__ import annotations
 
 import math
+import re
 import struct
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
@@ -162,9 +163,22 @@ class ScalarCodec:
             data: A message that :meth:`sample` can read.
         """
         view = self._view(data)
-        if view.frame_at is None:
-            return ""
-        return view.layout.text_at(data, view.frame_at(data, ORIGIN)).decode(errors="replace")
+        return view.text(view.frame_at, data)
+
+    def element_name(self, data: bytes) -> str:
+        """Return what a message calls the element of the field ``position[0]``: its ``name[0]``.
+
+        Args:
+            data: A message that :meth:`sample` can read.
+
+        Returns:
+            ``""`` for a field that takes no element by its index, or a message without names.
+        """
+        view = self._view(data)
+        try:
+            return view.text(view.name_at, data)
+        except MessageError:
+            return ""  # fewer names than elements
 
     def template(self, data: bytes) -> Template:
         """Return a message in which stamp and number can be replaced.
@@ -292,6 +306,13 @@ class _View(NamedTuple):
     end: Walk
     place: Callable[[bytes], Place]
     frame_at: Walk | None
+    name_at: Walk | None
+
+    def text(self, at: Walk | None, data: bytes) -> str:
+        """Return the text at some place of a message, ``""`` if there is none."""
+        if at is None:
+            return ""
+        return self.layout.text_at(data, at(data, ORIGIN)).decode(errors="replace")
 
 
 def _view(
@@ -299,6 +320,7 @@ def _view(
 ) -> _View:
     layout = Layout(types, order)
     has_frame = _has_frame(types, type_name)
+    name_path = _name_path(types, type_name, field)
     stamp_at = layout.place(type_name, FieldPath(f"{stamp}.sec")) if stamp else None
     walks = [(order + FORMATS[path.number], layout.place(type_name, path)) for path in field.paths]
 
@@ -313,6 +335,7 @@ def _view(
         end=layout.end(type_name),
         place=place,
         frame_at=layout.place(type_name, FieldPath("header.frame_id")) if has_frame else None,
+        name_at=layout.place(type_name, FieldPath(name_path)) if name_path else None,
     )
 
 
@@ -331,6 +354,20 @@ def _numbers(place: Place, data: bytes | bytearray) -> Numbers:
         ((form, at),) = place.numbers
         return struct.unpack_from(form, data, at)
     return [struct.unpack_from(form, data, at)[0] for form, at in place.numbers]
+
+
+def _name_path(types: TypeDescriptions, type_name: str, field: Field) -> str | None:
+    """Return where the name of the element is that a field takes by its index, as of a joint."""
+    if len(field.paths) != 1 or field.looks_up:
+        return None
+    *owners, last = field.paths[0].parts
+    owner = type_name
+    for part in owners:
+        owner = types.fields(owner)[part.name].name
+    names = types.fields(owner).get("name")
+    if last.element is None or names is None or not (names.name == "string" and names.is_array):
+        return None
+    return re.sub(rf"{last.name}\[\d+\]$", f"name[{last.element}]", field.paths[0].text)
 
 
 def _has_frame(types: TypeDescriptions, type_name: str) -> bool:

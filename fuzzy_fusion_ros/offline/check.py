@@ -47,7 +47,7 @@ WARNED_MESSAGES = 100_000
 """Messages of S1 and S2 that are checked where a check is a by-product: some 0.5 s of work."""
 
 FRAMED = 64
-"""Messages of each topic in a block whose frame is looked at."""
+"""First messages of each topic in a block whose frame is looked at, besides the last."""
 
 MOST_FRAMES = 100
 """Changes of a frame that are kept."""
@@ -160,27 +160,34 @@ def _checked(
     frames: _Frames,
     parameters: Parameters,
 ) -> Check:
-    s1, s2 = (_samples(name, sources[name], raw[name], frames.of(name)) for name in SENSORS)
+    s1, s2 = (_samples(name, sources[name], raw[name], frames) for name in SENSORS)
     return check(two_sensors(s1, s2, bag.start_ns or 0, parameters))
 
 
 class _Frames:
-    """The frames of the first messages of each block, looked at as the blocks go by."""
+    """The frames of some messages of each block, and the names of the element that is read."""
 
     def __init__(self, sources: Mapping[str, Source]) -> None:
         self._sources = sources
         self._found: dict[str, list[str]] = {name: [] for name in sources}
+        self._elements: dict[str, dict[str, None]] = {name: {} for name in sources}
 
     def seen_in(self, blocks: Iterable[Block]) -> Iterator[Block]:
         """Yield blocks, once looked at."""
         for block in blocks:
             for name, source in self._sources.items():
-                self._look(block.chosen(block.which(source.topic)[:FRAMED]), source, name)
+                which = block.which(source.topic)
+                which = np.union1d(which[:FRAMED], which[-1:])
+                self._look(block.chosen(which), source, name)
             yield block
 
     def of(self, name: str) -> tuple[str, ...]:
         """Return each frame of a sensor whenever it is not that of the message before."""
         return tuple(self._found[name])
+
+    def elements(self, name: str) -> tuple[str, ...]:
+        """Return each name that the element of a sensor has had."""
+        return tuple(self._elements[name])
 
     def _look(self, block: Block, source: Source, name: str) -> None:
         found = self._found[name]
@@ -189,6 +196,9 @@ class _Frames:
                 frame = source.codec.frame(message.data)
                 if found[-1:] != [frame] and len(found) < MOST_FRAMES:
                     found.append(frame)
+                element = source.codec.element_name(message.data)
+                if element and len(self._elements[name]) < MOST_FRAMES:
+                    self._elements[name][element] = None
 
 
 def _refuse(bag: BagReader, source: Source, start_s: float | None, end_s: float | None) -> None:
@@ -200,7 +210,7 @@ def _refuse(bag: BagReader, source: Source, start_s: float | None, end_s: float 
             raise MessageError(f"topic {source.topic}: {error}") from None
 
 
-def _samples(name: str, source: Source, raw: RawSamples, frames: tuple[str, ...]) -> SensorSamples:
+def _samples(name: str, source: Source, raw: RawSamples, frames: _Frames) -> SensorSamples:
     codec = source.codec
     return SensorSamples(
         name=name,
@@ -214,7 +224,8 @@ def _samples(name: str, source: Source, raw: RawSamples, frames: tuple[str, ...]
         values=raw.values,
         scale=codec.scale,
         unreadable=raw.unreadable,
-        frames=frames,
+        frames=frames.of(name),
+        elements=frames.elements(name),
     )
 
 

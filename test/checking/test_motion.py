@@ -11,6 +11,7 @@ from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.checking.check import Check
 from fuzzy_fusion_ros.checking.finding import Level
 from fuzzy_fusion_ros.checking.motion import bursts_of
+from fuzzy_fusion_ros.checking.recent import warnings
 
 T1: Reals = 0.02 * np.arange(6000)
 T2: Reals = 0.1 * np.arange(1200)
@@ -47,6 +48,7 @@ def test_bursts_are_named_and_compared_all_the_same(size: int, apart: float) -> 
         "receipt"
     )
     assert finding.remedy == "stamp it when it is measured"
+    assert warnings(found) == [finding]
     assert found.characters["s2"].interval == pytest.approx(0.1, rel=0.05)
     assert found.relation is not None
     waiting = 0.05 * (size - 1)

@@ -13,6 +13,7 @@ from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.checking import pair
 from fuzzy_fusion_ros.checking.check import Check, check
 from fuzzy_fusion_ros.checking.finding import Level
+from fuzzy_fusion_ros.checking.recent import warnings
 from fuzzy_fusion_ros.checking.relation import Kind
 from fuzzy_fusion_ros.checking.samples import TwoSensors
 
@@ -568,6 +569,7 @@ def test_a_sign_or_scale_that_changes(s1: Reals, text: str) -> None:
     assert (finding.about, finding.level) == ("changed", Level.WARNING)
     assert finding.text.startswith(text)
     assert "--start" in finding.remedy
+    assert warnings(found) == [finding]
     assert found.relation is None
 
 

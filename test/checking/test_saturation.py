@@ -10,6 +10,7 @@ from checking.made import both, only, sensor
 from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.checking.check import Check
 from fuzzy_fusion_ros.checking.finding import Level
+from fuzzy_fusion_ros.checking.recent import warnings
 
 T1: Reals = 0.02 * np.arange(6000)
 T2: Reals = 0.1 * np.arange(1200)
@@ -52,6 +53,7 @@ def test_s1_saturates(low: float, high: float, where: str, noise: float) -> None
         "they are left out of the comparison"
     )
     assert "--start" in finding.remedy
+    assert warnings(found) == [finding]
     assert found.relation is not None
     assert found.relation.middle_scale == pytest.approx(1.0, rel=0.25)
 

@@ -112,6 +112,43 @@ def write_joints(path: Path, elements: int, empty: range = range(0)) -> None:
                 writer.write(*message(Scalar("/angle", 0.02 * k, value)))
 
 
+@pytest.mark.parametrize(
+    ("field", "swapped", "is_named"),
+    [
+        ("position[0]", range(900, 1500), True),
+        ("position[0]", range(1499, 1500), True),
+        ("position[0]", range(0), False),
+        ("name=pole:position", range(900, 1500), False),
+        ("header.stamp.sec", range(900, 1500), False),
+    ],
+)
+def test_joints_that_change_places_are_named(
+    tmp_path: Path, field: str, swapped: range, is_named: bool
+) -> None:
+    joint_state = STORE.types["sensor_msgs/msg/JointState"]
+    header, time = STORE.types["std_msgs/msg/Header"], STORE.types["builtin_interfaces/msg/Time"]
+    with BagWriter(tmp_path / "bag") as writer:
+        for k in range(1500):
+            order = -1 if k in swapped else 1
+            joints = joint_state(
+                header(time(*divmod(at(0.02 * k), 10**9)), "base"),
+                ["pole", "cart"][::order],
+                np.array([np.sin(0.02 * k), 5.0])[::order].copy(),
+                np.empty(0),
+                np.empty(0),
+            )
+            data = bytes(STORE.serialize_cdr(joints, "sensor_msgs/msg/JointState"))
+            writer.write("/joints", "sensor_msgs/msg/JointState", at(0.02 * k), data)
+            if k % 5 == 0:
+                writer.write(*message(Scalar("/angle", 0.02 * k, float(np.sin(0.02 * k)))))
+    found = checked(tmp_path / "bag", Topics("/joints", "/angle", fields={"s1": field})).findings
+    about = [each for each in found if each.about == "element"]
+    assert [each.text for each in about] == [
+        "position[0] of s1 is 'pole' in some messages and 'cart' in others"
+    ] * is_named
+    assert [each.remedy for each in about] == ["the field name=pole:position"] * is_named
+
+
 @pytest.mark.parametrize(("every", "is_named"), [(2, True), (7, True), (1000, False)])
 def test_frames_of_two_publishers_on_one_topic_are_named(
     tmp_path: Path, every: int, is_named: bool
