@@ -266,6 +266,7 @@ def _compare(
     )
     one, other = motion_of(clocks.s1_s, s1.clean), motion_of(clocks.s2_s, s2.clean)
     at_ends = saturation_of("s1", one, "s2", other), saturation_of("s2", other, "s1", one)
+    whole = one, other
     one, other = one.kept(~at_ends[0].clipped), other.kept(~at_ends[1].clipped)
     compared = Comparison(one, other, most_points)
     found = hypotheses(compared)
@@ -288,6 +289,8 @@ def _compare(
             about_relation, relation = changes, None
     findings += about_relation
     if relation is not None:
+        if any(each.findings for each in at_ends):
+            compared = Comparison(*whole, most_points)  # clipping distorts the scale, not the lag
         relation = relation._replace(lag=compared.lag_of(relation))
     if relation is not None and relation.kind is Kind.VALUE:
         findings += pair.exchanged(relation, one, other)
