@@ -284,8 +284,9 @@ def _compare(
         about_relation, relation = [pair.passing(relation)], None
     explained = {each.about for each in (*s1.findings, *s2.findings, *findings)} & EXPLAINED
     if not explained and not pair.is_steady(relation):
-        parts = parted(one, other, pair.PARTS_COMPARED)
-        if changes := pair.changed(parts, on_each(parts), expected):
+        tried = (parted(one, other, parts) for parts in pair.PARTS_COMPARED)
+        found_in = (pair.changed(parts, on_each(parts), expected) for parts in tried)
+        if changes := next(filter(None, found_in), None):
             about_relation, relation = changes, None
     findings += about_relation
     if relation is not None:

@@ -38,8 +38,15 @@ FACTOR = 1.8
 """A scale off by less is the inaccuracy of a sensor rather than another unit. What is unexplained
 counts twice, as noise and as dynamics: a slow sensor does not reach the peaks."""
 
-PARTS_COMPARED = 4
-"""Equal parts of a recording that are searched for a change of sign or scale."""
+PARTS_COMPARED = (4, 8)
+"""Equal parts of a recording that are searched for a change of sign or scale: few have more motion
+each, many show a change near the end."""
+
+SHOW_ONE = 0.6
+"""Of these parts, at least this share shows a relation beyond doubt: few may match by chance."""
+
+CHANGED = 2.5
+"""The scale changes by at least this factor. A slow sensor follows fast motion less than slow."""
 
 SAME_LAG = 0.25
 """Over such a change, the lag stays within this many seconds and an interval of S2. Where two sines
@@ -297,11 +304,14 @@ def changed(
         if each and each[0].kind is expected and _is_beyond_doubt(each)
     ]
     differs = [k for k in range(1, len(seen)) if not _may_be_same(seen[k][1], seen[k - 1][1])]
-    if len(differs) != 1:
+    if len(differs) != 1 or len(seen) < SHOW_ONE * len(parts):
         return []
     early, late = seen[: differs[0]], seen[differs[0] :]
     before, after = (max((each for _, each in side), key=_correlation) for side in (early, late))
     if abs(after.lag - before.lag) > SAME_LAG + parts[0][1].interval:
+        return []
+    by = abs(np.log(after.middle_scale / before.middle_scale))
+    if before.sign == after.sign and by < np.log(CHANGED):
         return []
     until = f"until {float(early[-1][0].time_s[-1]):.1f} s"
     since = f"from {float(late[0][0].time_s[0]):.1f} s on"

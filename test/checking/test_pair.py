@@ -553,6 +553,7 @@ def flipped(at_s: float, before: float, after: float) -> Reals:
     [
         (flipped(30.0, 1.0, -1.0), "s1 has the sign of s2 until 29.9 s and the opposite from "),
         (flipped(37.0, 1.0, -1.0), "s1 has the sign of s2 until 29.9 s and the opposite from "),
+        (flipped(50.0, 1.0, -1.0), "s1 has the sign of s2 until 44.9 s and the opposite from 52.5"),
         (flipped(20.0, -1.0, 1.0), "s1 has the opposite of s2 until 14.9 s and the sign from "),
         (flipped(30.0, 1.0, 3.0), "s1 reads 1 times what s2 reads until 29.9 s and 3 times from "),
         (
