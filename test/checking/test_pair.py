@@ -376,6 +376,8 @@ def test_a_fault_that_one_half_of_a_recording_contradicts_is_none() -> None:
     assert finding.text == (
         "the relation between s1 and s2 over the whole recording does not hold in each half"
     )
+    weak = np.where(late1, 1.0, 0.2) * motion(T1)
+    assert not checked(weak, np.where(late2, -1.0, -0.2) * motion(T2)).is_fine
 
 
 def test_half_a_recording_at_rest_does_not_hide_a_fault() -> None:
