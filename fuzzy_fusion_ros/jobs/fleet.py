@@ -31,8 +31,8 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 STOP = getattr(signal, "SIGUSR1", signal.SIGINT)
-"""Interrupts a task in a process; not what a terminal or ``timeout`` sends to all processes alike:
-what that means is for this one to decide."""
+"""Signal that interrupts a task in a worker process. A terminal or ``timeout`` sends SIGINT or
+SIGTERM to every process of a group; only the parent decides what those mean."""
 
 GRACE = 5.0
 """Seconds from SIGTERM to the end of a process: time to close files, not to wait for others."""
