@@ -37,12 +37,10 @@ class Saturation(NamedTuple):
     """Where a sensor saturates.
 
     Attributes:
-        ends: The ends of its range at which it does, the lower first.
         clipped: Which samples are there, shape (n,).
         findings: That it saturates, unless it does not.
     """
 
-    ends: tuple[float, ...]
     clipped: Flags
     findings: tuple[Finding, ...]
 
@@ -74,16 +72,14 @@ def saturation_of(name: str, motion: Motion, other_name: str, other: Motion) -> 
     ]
     clipped = np.isin(motion.values, ends)
     if not ends:
-        return Saturation((), clipped, ())
+        return Saturation(clipped, ())
     where = " and ".join(f"{end:.4g}" for end in ends)
     text = (
         f"{name} saturates at {where}: {100.0 * float(np.mean(clipped)):.2g} % of its samples are "
         f"there while {other_name} moves on; they are left out of the comparison"
     )
     remedy = "set a wider range in its driver, or choose a part without them by --start and --end"
-    return Saturation(
-        tuple(ends), clipped, (Finding(Level.WARNING, "saturated", text, {}, remedy),)
-    )
+    return Saturation(clipped, (Finding(Level.WARNING, "saturated", text, {}, remedy),))
 
 
 def _goes_on(motion: Motion, at_end: Flags, other: Motion) -> bool:

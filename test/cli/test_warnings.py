@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import pytest
@@ -23,6 +23,13 @@ COMMANDS: dict[str, tuple[Callable[[Sequence[str]], int], list[str]]] = {
 AS_REPLAY = pytest.mark.slow("by the same function as replay")
 
 
+@pytest.fixture(autouse=True)
+def quickly_in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is written goes to the test's folder; fits take little time."""
+    be_quick(monkeypatch)
+    monkeypatch.chdir(tmp_path)
+
+
 @pytest.mark.parametrize(
     ("command", "sign"),
     [
@@ -37,15 +44,10 @@ AS_REPLAY = pytest.mark.slow("by the same function as replay")
 def test_a_negated_sensor_is_named(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
     command: str,
     sign: float,
 ) -> None:
-    be_quick(monkeypatch)
-    monkeypatch.chdir(tmp_path)
-    scalars = [
-        each._replace(value=sign * each.value) if each.topic == "/s1" else each for each in wavy()
-    ]
+    scalars = wavy({"/s1": sign})
     path = write_scalars(tmp_path / "bag", scalars)
     main, options = COMMANDS[command]
     assert main([str(path), *options]) == 0
@@ -58,14 +60,9 @@ def test_a_negated_sensor_is_named(
 def test_a_negated_truth_is_named(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
     command: str,
 ) -> None:
-    be_quick(monkeypatch)
-    monkeypatch.chdir(tmp_path)
-    scalars = [
-        each._replace(value=-each.value) if each.topic == "/truth" else each for each in wavy()
-    ]
+    scalars = wavy({"/truth": -1.0})
     path = write_scalars(tmp_path / "bag", scalars)
     main, options = COMMANDS[command]
     assert main([str(path), *options]) == 0
@@ -79,11 +76,8 @@ def test_a_negated_truth_is_named(
 def test_messages_without_a_timestamp_are_named(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
     command: str,
 ) -> None:
-    be_quick(monkeypatch)
-    monkeypatch.chdir(tmp_path)
     with BagWriter(tmp_path / "bag") as writer:
         for each in swing(5.0, estimate=False):
             msgtype, data = (
@@ -99,20 +93,22 @@ def test_messages_without_a_timestamp_are_named(
     ]
 
 
-def wavy() -> list[Scalar]:
-    """A swing that comes back several times."""
+def wavy(signs: Mapping[str, float]) -> list[Scalar]:
+    """A swing that comes back several times, with some topics' values times a sign."""
     return [
-        each._replace(time_s=each.time_s + 5.0 * k, value=each.value * (1.0 + 0.3 * k * k % 1.7))
+        each._replace(
+            time_s=each.time_s + 5.0 * k,
+            value=signs.get(each.topic, 1.0) * each.value * (1.0 + 0.3 * k * k % 1.7),
+        )
         for k in range(6)
         for each in swing(5.0)
     ]
 
 
 def test_values_whose_squares_overflow_are_named(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The estimate stays finite, and is of no use: score refuses to score it."""
-    monkeypatch.chdir(tmp_path)
     huge = [Scalar("/s1", 4.0 + 0.01 * k, 1e200) for k in range(3)]
     write_scalars(tmp_path / "bag", [*swing(4.0, estimate=False), *huge])
     main, options = COMMANDS["replay"]

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import os
 import signal
-import time
 from pathlib import Path
 
 from fuzzy_fusion_ros.jobs.fleet import STOP
@@ -36,7 +35,7 @@ def waiting(item: tuple[int, str]) -> int:
     if number % 2:
         try:
             Path(folder, f"waits_{number}_{os.getpid()}").touch()
-            time.sleep(3600)
+            signal.pause()
         except KeyboardInterrupt:
             raise KeyboardInterrupt(f"{number} has waited") from None
     return number * number
@@ -50,7 +49,7 @@ def interrupted_twice(_: int) -> None:
         signal.raise_signal(each)  # to this thread
     try:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, both)
-        time.sleep(3600)
+        signal.pause()
     except KeyboardInterrupt:
         raise KeyboardInterrupt("unwound") from None
 
@@ -59,7 +58,7 @@ def lost_in_a_lock(_: int) -> None:
     """Get the signal that interrupts a task where it becomes another error, which it does."""
     try:
         os.kill(os.getpid(), STOP)
-        time.sleep(3600)
+        signal.pause()
     except KeyboardInterrupt:
         raise RuntimeError("release unlocked lock") from None
 
