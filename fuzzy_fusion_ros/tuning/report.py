@@ -191,7 +191,7 @@ def _better_filter(tuned: Tuned, u: str) -> str:
     """Return which filter is much better than the fusion, if any is."""
     best = min(tuned.baseline_errors, key=tuned.baseline_errors.__getitem__)
     error = tuned.baseline_errors[best]
-    if tuned.chosen in {"s1", "s2"} or error > MUCH_BETTER * tuned.error:
+    if {"s1", "s2"} & {tuned.chosen, best} or error > MUCH_BETTER * tuned.error:
         return ""
     return (
         f". WARNING: the filter {best} is much better ({error:.4g}{u}): run check; "

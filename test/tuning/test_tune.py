@@ -725,6 +725,9 @@ def test_a_fit_hardly_better_than_a_sensor_alone_is_warned_of(tuned: Tuned) -> N
     assert "WARNING" not in alone
     behind = poor._replace(baseline_errors={"s1": 2.0, "s2": 2.0, "kalman": 0.4})
     assert "WARNING: the filter kalman is much better (0.4 m/s): run" in outcome(behind, "m/s")
+    alone = outcome(poor._replace(baseline_errors={"s1": 2.0, "s2": 0.4}), "m/s")
+    assert "not better than s2 alone" in alone
+    assert alone.count("WARNING") == 1
     filtered = poor._replace(chosen="s1", baseline_errors={"s1": 1.0, "kalman_lag": 0.1})
     assert "no fit was better than s1 alone, but the filter kalman_lag is (0.1 m/s): use" in (
         outcome(filtered, "m/s")
