@@ -57,6 +57,24 @@ def in_gaps(stamps_ns: Stamps, wanted_ns: Stamps) -> Flags:
     return inside
 
 
+def gap_time(stamps_ns: Stamps, wanted_ns: Stamps) -> Reals:
+    """Return how long the gaps of a series before some stamps are, beyond a usual step.
+
+    Args:
+        stamps_ns: Stamps of the series, rising, shape (m,), nanoseconds.
+        wanted_ns: The stamps in question, shape (n,), nanoseconds.
+
+    Returns:
+        Shape (n,), seconds.
+    """
+    steps = np.diff(stamps_ns)
+    usual = np.median(steps) if steps.size else 0.0
+    long = steps > LONGEST_STEP * usual
+    passed = np.searchsorted(stamps_ns[1:][long], wanted_ns, side="right")
+    found: Reals = np.append(0.0, np.cumsum(steps[long] - usual))[passed] * 1e-9
+    return found
+
+
 def held(stamps_ns: Stamps, values: Reals, wanted_ns: Stamps) -> Reals:
     """Return a series held from sample to sample, NaN before the first.
 

@@ -22,7 +22,7 @@ from fuzzy_fusion_ros.offline.tracks import Progress, Track
 from fuzzy_fusion_ros.offline.truth import truth_warnings
 from fuzzy_fusion_ros.online.mode_shares import shares_of
 from fuzzy_fusion_ros.parameters.fusion import Parameters
-from fuzzy_fusion_ros.scoring.join import held, in_gaps, interpolated
+from fuzzy_fusion_ros.scoring.join import gap_time, held, in_gaps, interpolated
 from fuzzy_fusion_ros.scoring.metrics import (
     METRICS,
     REPORTED,
@@ -69,6 +69,8 @@ class Score(NamedTuple):
             each rule, by name.
         modes: The share of time in each mode of the fusion with these parameters, by name.
         notes: What was left out of the recording, one line each.
+        gap_s: Time in gaps of the truth before each matched time, which metrics leave out, shape
+            (n,), seconds.
     """
 
     name: str
@@ -86,6 +88,7 @@ class Score(NamedTuple):
     behind: Mapping[str, Reals]
     modes: Mapping[str, float]
     notes: tuple[str, ...]
+    gap_s: Reals | float = 0.0
 
     def scores(
         self, estimator: str, names: Collection[str] = (*METRICS, *SURENESS)
@@ -101,7 +104,7 @@ class Score(NamedTuple):
         """
         _require("estimator", [estimator], self.values)
         _require("metric", names, (*METRICS, *SURENESS))
-        matched = Matched(self.time_s, self.values[estimator], self.truth)
+        matched = Matched(self.time_s - self.gap_s, self.values[estimator], self.truth)
         found = {name: METRICS[name].function(matched) for name in names if name in METRICS}
         if "sse" in found:
             found["sse"] *= self.every
@@ -261,6 +264,7 @@ def score(
             *_gaps(recording, stamps_ns),
             *_single(matched),
         ),
+        gap_s=gap_time(recording.truth.stamps_ns, stamps_ns[usable]),
     )
 
 

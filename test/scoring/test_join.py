@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fuzzy_fusion_ros.offline.tracks import Track
-from fuzzy_fusion_ros.scoring.join import held, in_gaps, interpolated
+from fuzzy_fusion_ros.scoring.join import gap_time, held, in_gaps, interpolated
 
 BEGIN_NS = 1_700_000_000_123_456_789
 
@@ -42,6 +43,14 @@ def test_gaps_are_between_samples_only() -> None:
         False,
     ]
     assert not in_gaps(stamps_ns[:1], wanted_ns).any()
+
+
+def test_a_gap_counts_as_a_usual_step() -> None:
+    stamps_ns = np.array([0, 10, 20, 500, 510], np.int64)
+    assert gap_time(stamps_ns, np.array([5, 20, 499, 500, 600])) == pytest.approx(
+        [0.0, 0.0, 0.0, 470e-9, 470e-9]
+    )
+    assert gap_time(stamps_ns[:1], np.array([0, 7])).tolist() == [0.0, 0.0]
 
 
 def test_in_a_gap_there_is_nothing() -> None:

@@ -306,7 +306,7 @@ def test_a_lag_at_the_end_of_the_search_is_shown_as_longer(bag: Path) -> None:
     time_s = np.arange(0.0, 100.0, 0.01)
     values = {"s1": np.tanh(time_s - 55.0), "s2": np.tanh(time_s - 35.0), "average": time_s}
     score = scored(bag)._replace(
-        time_s=time_s, truth=np.tanh(time_s - 45.0), values=values, deviations={}
+        time_s=time_s, truth=np.tanh(time_s - 45.0), values=values, deviations={}, gap_s=0.0
     )
     shown = {row[0]: row[-1] for row in map(str.split, table(score, ("lag",)).splitlines()[2:])}
     assert shown["s1"] == ">2"
@@ -344,6 +344,7 @@ def test_estimates_in_a_gap_of_the_truth_are_not_scored(tmp_path: Path) -> None:
     assert "199 estimates are in gaps of the truth and are not scored" in score.notes
     scores, others = score.scores("estimate"), scored(write_scalars(tmp_path / "whole", whole))
     assert scores["max"] <= others.scores("estimate")["max"]
+    assert scores["iae"] == pytest.approx(scores["mae"] * 0.01 * score.matched, rel=0.01)
     assert not any("gaps" in note for note in others.notes)
 
 
