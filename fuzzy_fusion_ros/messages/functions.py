@@ -8,6 +8,10 @@ from collections.abc import Callable, Mapping, Sequence
 from operator import itemgetter
 from typing import NamedTuple
 
+from fuzzy_fusion_ros.core.periodic import nearest
+
+TURN = 2.0 * math.pi
+
 Numbers = Sequence[float]
 
 
@@ -73,16 +77,27 @@ class Angles(NamedTuple):
     yaw: float
 
 
+LOCKED = 1e-7
+"""Pitch this near to a right angle, rad, is one: roll and yaw turn about the same axis there."""
+
+
 def angles_of(quaternion: Numbers) -> Angles:
-    """Return the angles of a quaternion (x, y, z, w) of any length but 0, else NaN."""
+    """Return the angles of a quaternion (x, y, z, w) of any length but 0, else NaN.
+
+    Where pitch is a right angle, roll counts as 0, and yaw holds the whole turn.
+    """
     size = math.hypot(*quaternion)
     if not 0.0 < size < math.inf:
         return Angles(math.nan, math.nan, math.nan)
     x, y, z, w = (each / size for each in quaternion)
-    forward = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + z * w), 2.0 * (x * z - y * w)
-    roll = math.atan2(2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y))
-    pitch = math.atan2(-forward[2], math.hypot(forward[0], forward[1]))
-    return Angles(roll, pitch, math.atan2(forward[1], forward[0]))
+    up, down = math.hypot(z - x, w + y), math.hypot(z + x, w - y)
+    difference, total = math.atan2(z - x, w + y), math.atan2(z + x, w - y)  # half yaw -/+ roll
+    if down < LOCKED:
+        total = difference
+    elif up < LOCKED:
+        difference = total
+    roll, yaw = (nearest(each, 0.0, TURN) for each in (total - difference, total + difference))
+    return Angles(roll, 2.0 * math.atan2(up, down) - 0.5 * math.pi, yaw)
 
 
 def quaternion_of(angles: Angles) -> tuple[float, float, float, float]:
@@ -134,6 +149,11 @@ def _pitch_of_vector(vector: Numbers, value: float) -> Numbers:
 def _known(angle: float) -> float:
     """Return an angle, 0 where a message is blank and has none."""
     return angle if math.isfinite(angle) else 0.0
+
+
+def _direction_of(legs: Numbers) -> float:
+    """Return the direction of a vector in the plane, rad; NaN where it has none."""
+    return math.atan2(*legs) if 0.0 < math.hypot(*legs) < math.inf else math.nan
 
 
 def _turned(legs: Numbers, value: float) -> Numbers:
@@ -197,7 +217,7 @@ FUNCTIONS: Mapping[str, tuple[Function, ...]] = {
     ),
     "yaw": (_angle("yaw"),),
     "norm": (Function(_VECTOR, 1, "", lambda vector: math.hypot(*vector), None),),
-    "atan2": (Function((), 2, "rad", lambda legs: math.atan2(*legs), _turned),),
+    "atan2": (Function((), 2, "rad", _direction_of, _turned),),
     "altitude": (
         Function(
             (),

@@ -61,6 +61,22 @@ def test_a_new_angle_keeps_the_other_two(
     assert after == pytest.approx(before._replace(**{name: value}), abs=1e-9)
 
 
+@pytest.mark.parametrize("pitch", [0.5 * math.pi, -0.5 * math.pi, 0.5 * math.pi - 1e-9])
+@pytest.mark.parametrize("name", Angles._fields)
+@given(ANGLES, ANGLES)
+def test_an_orientation_straight_up_or_down_stays_as_it_is(
+    pitch: float, name: str, roll: float, yaw: float
+) -> None:
+    """Roll and yaw turn about the same axis there: only their difference or sum is known."""
+    before = quaternion_of(Angles(roll, pitch, yaw))
+    read = angles_of(before)
+    assert read.roll == 0.0
+    assert read.pitch == pytest.approx(pitch, abs=1e-9)
+    after = written(FUNCTIONS[name][QUATERNION], before, getattr(read, name))
+    turned = sum(a * b for a, b in zip(before, after, strict=True))  # -1 is the same orientation
+    assert abs(turned) == pytest.approx(1.0, abs=1e-12)
+
+
 def written(function: Function, numbers: tuple[float, ...], value: float) -> list[float]:
     assert function.write is not None
     return list(function.write(numbers, value))
@@ -97,6 +113,12 @@ def test_size_and_direction() -> None:
     assert norm.write is None
     assert atan2.read((1.0, -1.0)) == pytest.approx(0.75 * math.pi)
     assert written(atan2, (3.0, 4.0), math.pi / 2) == pytest.approx([5.0, 0.0])
+
+
+@pytest.mark.parametrize("legs", [(0.0, 0.0), (-0.0, 0.0), (math.inf, 1.0), (math.nan, 1.0)])
+def test_what_has_no_direction_is_no_angle(legs: tuple[float, float]) -> None:
+    """A receiver at rest sends zeros: 0 would be a course due east, measured well."""
+    assert math.isnan(FUNCTIONS["atan2"][0].read(legs))
 
 
 @pytest.mark.parametrize(
