@@ -17,7 +17,7 @@ from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.messages.cdr import EMPTY_ARRAY_BYTES, FORMATS, ORDERS, ORIGIN, PADDING_BYTES
 from fuzzy_fusion_ros.messages.defaults import HEADER
 from fuzzy_fusion_ros.messages.field_path import Field, FieldPath
-from fuzzy_fusion_ros.messages.functions import Function, Numbers, scaled
+from fuzzy_fusion_ros.messages.functions import PLAIN, Function, Numbers, scaled
 from fuzzy_fusion_ros.messages.layout import Layout, Walk
 from fuzzy_fusion_ros.messages.resolve import resolve_field
 from fuzzy_fusion_ros.messages.type_fields import (
@@ -116,6 +116,25 @@ class ScalarCodec:
             MessageError: It lacks the element.
         """
         return float(self.function.read(_numbers(self.place(data), data)))
+
+    def deviation(self, value: float, deviation: float) -> float:
+        """Return the standard deviation of the field's number where its scalar has one.
+
+        That is another unit for an altitude, which is written as a pressure. An angle's is its own,
+        whatever numbers hold it.
+
+        Args:
+            value: The scalar.
+            deviation: Its standard deviation.
+
+        Returns:
+            Negative where the number falls as the scalar rises.
+        """
+        write, own = self.function.write, deviation / self.scale
+        if write is None or self.field.function is PLAIN or len(self.field.paths) > 1:
+            return own
+        (above,), (below,) = (write((), value + step) for step in (self.scale, -self.scale))
+        return own * 0.5 * (above - below)
 
     def place(self, data: bytes) -> Place:
         """Return where stamp and numbers are in a message.

@@ -199,7 +199,8 @@ class EstimateMessages:
         data = bytes(message)
         for name, variance in self._variances.items():
             if name in fused:
-                deviation = fused[name].standard_deviation / self.codecs[name].scale
+                own = fused[name]
+                deviation = self.codecs[name].deviation(own.estimate.value, own.standard_deviation)
                 if deviation != 0.0:
                     data = variance.written(data, [deviation * deviation])
         for name in missing:

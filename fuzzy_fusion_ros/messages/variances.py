@@ -56,7 +56,9 @@ def variance_of(types: TypeDescriptions, type_name: str, field: Field) -> Varian
         part.name if part.element is None else f"{part.name}[{part.element}]" for part in above_it
     ]
     owner, member = ".".join(owners), last.name
-    axis = call.name if call is not None and len(field.paths) > 1 else member
+    axis = member
+    if call is not None and len(field.paths) > 1:  # an angle of a vector is made of all its axes
+        axis = call.name if len(field.paths) == len("xyzw") else ""
     above, _, group = owner.rpartition(".")
     here = _fields(types, type_name, owners)
     if _is_number(here.get("variance")):

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from messages.worlds import World
 
@@ -62,8 +64,8 @@ def test_types_that_do_not_tell(world: World, msgtype: str, field: str) -> None:
     assert variance_of(world.types, msgtype, resolve_field(world.types, msgtype, field)) == NONE
 
 
-def fused(message: bytes, deviation: float) -> Together:
-    estimate = Estimate(FUSED, 0.25, AGGREGATE, NO_PREDICTION, False, deviation)
+def fused(message: bytes, deviation: float, value: float = 0.25) -> Together:
+    estimate = Estimate(FUSED, value, AGGREGATE, NO_PREDICTION, False, deviation)
     return Together(7, {"": Fused(7, estimate, initial_state(Parameters()), message)})
 
 
@@ -129,6 +131,28 @@ def test_our_variance_is_written_where_it_is_named_and_known(world: World) -> No
         data = messages.message(fused(s2, deviation))
         assert variance.sample(data, 0).value == expected
         assert codec.sample(data, 0).value == 0.25
+
+
+@pytest.mark.parametrize("scale", [1.0, -0.001])
+def test_the_variance_of_an_altitude_is_one_of_the_pressure(world: World, scale: float) -> None:
+    """2 m are about 24 Pa at sea level."""
+    kind = "sensor_msgs/msg/FluidPressure"
+    codec = ScalarCodec(world.types, kind, "altitude(fluid_pressure)", scale, 0.0)
+    s2 = world.data(kind, {"fluid_pressure": 101325.0, "variance": 9.0})
+    data = made(world, codec, "variance").message(fused(s2, 2.0 * abs(scale), 0.5 * scale))
+    variance = ScalarCodec(world.types, kind, "variance").value(data)
+    assert math.sqrt(variance) == pytest.approx(2.0 * 12.01, rel=1e-3)
+
+
+def test_an_angle_of_a_vector_leaves_no_variance_of_s2(world: World) -> None:
+    """It is written into all three numbers."""
+    kind = "geometry_msgs/msg/AccelWithCovarianceStamped"
+    codec = ScalarCodec(world.types, kind, "roll(accel.accel.linear)")
+    s2 = world.data(kind, {"accel.accel.linear.z": 9.81, "accel.covariance": [2.0] * 36})
+    data = made(world, codec).message(fused(s2, 0.5))
+    for k in (0, 7, 14):
+        element = ScalarCodec(world.types, kind, f"accel.covariance[{k}]")
+        assert element.value(data) == NO_INFORMATION
 
 
 def test_a_field_for_the_variance_that_is_not_there_is_refused(world: World) -> None:
