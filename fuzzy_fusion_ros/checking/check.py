@@ -8,11 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy_fusion_ros.batch.arrays import Reals
+from fuzzy_fusion_ros.batch.arrays import Reals, seconds_since
+from fuzzy_fusion_ros.batch.bursts import Bursts, bursts_of
 from fuzzy_fusion_ros.checking import pair
 from fuzzy_fusion_ros.checking.clocks import Clocks, Stamped, judge_clocks
 from fuzzy_fusion_ros.checking.finding import Finding, Level
-from fuzzy_fusion_ros.checking.motion import Bursts, Motion, bursts_of, motion_of, parted
+from fuzzy_fusion_ros.checking.motion import Motion, motion_of, parted
 from fuzzy_fusion_ros.checking.publishers import judge_publishers
 from fuzzy_fusion_ros.checking.relation import MOST_POINTS, Comparison, Kind, Relation
 from fuzzy_fusion_ros.checking.samples import SensorSamples, TwoSensors
@@ -30,6 +31,11 @@ GAP_INTERVALS = 10.0
 
 GAP_SECONDS = 1.0
 """of more than this many seconds: shorter ones are bridged."""
+
+SHORT, LONG, UNCHANGED = 0.01, 0.1, 0.3
+"""Samples less than SHORT seconds apart in bursts that are more than LONG seconds apart are stamped
+on receipt, unless values change less within bursts than this share of what they change from one to
+the next: the sensor measures several times in a row."""
 
 ABOUT_CLOCKS = frozenset({"clock offset", "clock step"})
 """Findings of :mod:`.clocks` that, as errors, mean two clocks; late delivery does not."""
@@ -174,9 +180,10 @@ def _judge(
     values = judge_values(dated, period, is_known=is_known, is_rate=is_rate, start_ns=start_ns)
     publishers = judge_publishers(usable, values.clean)
     gaps = _gaps(samples, start_ns)
-    bursts = bursts_of(np.unique(usable.stamps_ns - usable.stamps_ns[0]) * 1e-9)
-    in_bursts = _in_bursts(samples.name, bursts)
-    findings = (*about_samples, *in_bursts, *values.findings, *publishers, *gaps)
+    motion = motion_of(seconds_since(int(usable.stamps_ns[0]), usable.stamps_ns), values.clean)
+    bursts = bursts_of(motion.time_s)
+    shared = publishers or _in_bursts(samples.name, motion.values, bursts)
+    findings = (*about_samples, *values.findings, *shared, *gaps)
     character = _character(samples, usable, values, bursts)
     return _Judged(usable, timeline.steps, values.clean, character, findings)
 
@@ -203,9 +210,13 @@ def _character(
     )
 
 
-def _in_bursts(name: str, bursts: Bursts) -> list[Finding]:
-    """Return that stamps come in bursts: no sensor measures like that."""
-    if bursts.size == 1.0:
+def _in_bursts(name: str, values: Reals, bursts: Bursts) -> list[Finding]:
+    """Return whether stamps in bursts are those of receipt: within a burst, values change, too."""
+    if bursts.size == 1.0 or bursts.within >= SHORT or bursts.period <= LONG:
+        return []
+    changes = np.abs(np.diff(values))
+    within, between = (float(np.median(changes[k])) for k in (~bursts.between, bursts.between))
+    if within < UNCHANGED * between:
         return []
     text = (
         f"{name} comes in bursts of about {bursts.size:.2g}, {duration(bursts.period)} apart: it "

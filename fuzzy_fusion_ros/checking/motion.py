@@ -6,67 +6,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals
-
-SHORT, LONG = 0.01, 0.1
-"""In a burst, stamps are less than SHORT seconds apart (median), and bursts more than LONG: a
-receiver stamps what waits in a buffer at once."""
-
-MANY_SHORT = 5.0
-"""The time between bursts is more than this many times that between samples in them."""
-
-SHARES = (0.05, 0.45, 0.9, 0.6)
-"""Between bursts are at least and at most these shares of the steps, and of the time at least this
-share; after this share of them, a burst follows. Two publishers make half of the steps short, a
-rate that changes puts the long ones in a row."""
-
-FEWEST_BURSTS = 10
-"""Fewer are chance."""
-
-
-class Bursts(NamedTuple):
-    """How samples come.
-
-    Attributes:
-        size: How many come at once, on average; 1 for samples that do not come in bursts.
-        period: Median time between bursts, or else samples, seconds; infinite for fewer than two.
-    """
-
-    size: float
-    period: float
-
-    @property
-    def interval(self) -> float:
-        """Time between samples if bursts were spread evenly, seconds."""
-        return self.period / self.size
-
-
-def bursts_of(time_s: Reals) -> Bursts:
-    """Return how samples come.
-
-    Args:
-        time_s: Times, rising, shape (n,), seconds.
-    """
-    steps = np.diff(time_s)
-    if steps.size == 0:
-        return Bursts(1.0, np.inf)
-    usual = float(np.median(steps))
-    between = steps > max(MANY_SHORT * usual, SHORT)
-    count = int(np.count_nonzero(between))
-    if usual > SHORT or count < FEWEST_BURSTS:
-        return Bursts(1.0, usual)
-    period = float(np.median(steps[between]))
-    share = count / steps.size
-    follows = float(np.mean(~between[1:][between[:-1]]))
-    least, most, least_time, least_follows = SHARES
-    is_share = least <= share <= most and steps[between].sum() >= least_time * steps.sum()
-    if not is_share or follows < least_follows or period < LONG:
-        return Bursts(1.0, usual)
-    return Bursts(1.0 / share, period)
+from fuzzy_fusion_ros.batch.bursts import bursts_of
 
 
 @dataclass(frozen=True, eq=False)

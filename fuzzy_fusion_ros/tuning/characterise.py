@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fuzzy_fusion_ros.batch.arrays import Reals, root_mean_square, white_noise
+from fuzzy_fusion_ros.batch.arrays import root_mean_square, white_noise
+from fuzzy_fusion_ros.batch.bursts import bursts_of
 from fuzzy_fusion_ros.batch.cleaning import (
     without_noise,
     without_spikes,
@@ -30,9 +31,6 @@ FEWEST_S2 = 10
 
 TINY = 1e-12
 
-BURSTS = 5.0
-"""Samples come in bursts if a twentieth of the times between them are this many medians or more."""
-
 ONE_WAY = 0.7
 """Where S2 moves this steadily one way, its lag and S1's bias cannot be distinguished."""
 
@@ -46,7 +44,7 @@ class Characteristics(NamedTuple):
     Attributes:
         span: Length of the recording, s.
         s1_interval: Median time between samples of S1, s.
-        s2_interval: Usual time between samples of S2, s.
+        s2_interval: Median time between samples of S2, s; the mean if they come in bursts.
         s2_pause: Of the times between samples of S2, 95 % are no longer, s.
         s2_gap: Longest time between samples of S2, s.
         s2_delivery: How old a sample of S2 is on arrival, 99th percentile, s.
@@ -128,7 +126,7 @@ def characterise(series: Series) -> Characteristics:
     require_enough(series)
     s1_s, s2_s = seconds(series)
     s1, spike_share, spike_scale = without_spikes(series.s1)
-    s2_interval, s2_pause = _interval_and_pause(np.diff(s2_s))
+    s2_interval = bursts_of(s2_s).interval
     clean = without_noise(s1_s, s1, s2_interval)
     lag = lag_of(s1_s, clean, s2_s, series.s2)
     sure = lag.correlation >= TRUSTED
@@ -143,7 +141,7 @@ def characterise(series: Series) -> Characteristics:
         span=float(s1_s[-1] - s1_s[0]),
         s1_interval=float(np.median(np.diff(s1_s))),
         s2_interval=s2_interval,
-        s2_pause=s2_pause,
+        s2_pause=float(np.quantile(np.diff(s2_s), 0.95)),
         s2_gap=float(np.diff(s2_s).max()),
         s2_delivery=_delivery(series),
         s1_noise=white_noise(s1),
@@ -160,16 +158,6 @@ def characterise(series: Series) -> Characteristics:
         one_way=min(abs(float(rates.mean())) / rate, 1.0),
         longest_lag=SHARE_OF_SPAN * float(s2_s[-1] - s2_s[0]),
     )
-
-
-def _interval_and_pause(steps: Reals) -> tuple[float, float]:
-    """Return the usual time between samples, and that which 95 % of the times do not exceed.
-
-    The usual one is the median, or of samples that come in bursts the mean, without long gaps.
-    """
-    median, pause = float(np.median(steps)), float(np.quantile(steps, 0.95))
-    in_bursts = pause > BURSTS * median
-    return (float(steps[steps <= pause].mean()) if in_bursts else median), pause
 
 
 def _delivery(series: Series) -> float:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How samples come: one by one, or in bursts that are stamped on receipt."""
+"""Sensors whose samples come in bursts, stamped on receipt or not."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from checking.made import both, only, sensor
 from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.checking.check import Check
 from fuzzy_fusion_ros.checking.finding import Level
-from fuzzy_fusion_ros.checking.motion import bursts_of
 from fuzzy_fusion_ros.checking.recent import warnings
 
 T1: Reals = 0.02 * np.arange(6000)
@@ -68,26 +67,32 @@ def test_bursts_whose_stamps_are_right_are_fine() -> None:
     assert "bursts" not in {each.about for each in checked(T2, arrivals).findings}
 
 
-RNG = np.random.default_rng(3)
+@pytest.mark.parametrize("apart", [0.005, 0.02, 0.04])
+@pytest.mark.parametrize("size", [2, 3, 5])
+def test_a_sensor_that_measures_several_times_in_a_row_is_fine(size: int, apart: float) -> None:
+    rng = np.random.default_rng(1)
+    times = np.add.outer(0.5 * np.arange(240), apart * np.arange(size)).ravel()
+    values = motion(times - LAG) + 0.02 * rng.normal(size=times.size)
+    found = both(sensor("s1", T1, motion(T1) + 0.1 * NOISE), sensor("s2", times, values))
+    assert found.findings == ()
+    assert found.characters["s2"].interval == pytest.approx(0.5 / size, rel=0.01)
+    assert found.relation is not None
+    assert found.relation.lag == pytest.approx(LAG, abs=0.05)
+    negated = both(sensor("s1", T1, 0.1 * NOISE - motion(T1)), sensor("s2", times, values))
+    assert [each.about for each in negated.findings] == ["sign"]
 
 
-@pytest.mark.parametrize(
-    "times",
-    [
-        T2,
-        T2 + 0.04 * RNG.uniform(-1.0, 1.0, T2.size),
-        np.cumsum(RNG.exponential(0.1, 1200)),
-        np.append(0.002 * np.arange(1000), 2.0 + np.arange(100)),  # a rate that changes
-        np.sort(np.append(T2, T2 + 0.005)),  # two publishers
-        np.append(T1[:3000], T1[3000:] + 3600.0),
-        (0.02 * np.arange(1000) + 2.0 * (np.arange(1000) // 10)),  # seen now and then
-    ],
-)
-def test_what_does_not_come_in_bursts(times: Reals) -> None:
-    found = bursts_of(times)
-    assert found.size == 1.0
-    assert found.interval == found.period == np.median(np.diff(times))
+def test_pairs_that_are_stamped_on_receipt_are_named() -> None:
+    finding = only(checked(received(2)).findings, "bursts")
+    assert finding.text == (
+        "s2 comes in bursts of about 2, 0.2 s apart: it seems to be stamped on receipt"
+    )
 
 
-def test_fewer_than_two_samples_have_no_interval() -> None:
-    assert bursts_of(T2[:1]).interval == np.inf
+@pytest.mark.parametrize("apart", [0.001, 0.02])
+def test_two_publishers_are_no_bursts(apart: float) -> None:
+    times = np.sort(np.append(T2, T2 + apart))
+    values = motion(times - LAG) + 0.5 * (np.arange(times.size) % 2)
+    found = both(sensor("s1", T1, motion(T1) + 0.1 * NOISE), sensor("s2", times, values))
+    assert [each.about for each in found.findings] == ["publishers"]
+    assert found.relation is not None
