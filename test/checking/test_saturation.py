@@ -100,3 +100,34 @@ def test_another_unit_is_named_all_the_same() -> None:
 )
 def test_what_does_not_saturate(s1: Reals, s2: Reals) -> None:
     assert "saturated" not in {each.about for each in checked(s1, s2).findings}
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "where"), [(-0.7, 0.7, "-0.7 and 0.7"), (-9.0, 0.6, "0.6"), (-0.6, 9.0, "-0.6")]
+)
+@pytest.mark.parametrize("span_s", [40.0, 60.0])
+def test_a_few_long_stays_at_an_end_are_no_stuck_sensor(
+    low: float, high: float, where: str, span_s: float
+) -> None:
+    """Each is some seconds long, and of one end there are but one to three."""
+    one, other = T1[span_s > T1], T2[span_s > T2]
+    s1 = motion(0.6 * one) + 0.05 * NOISE[: one.size]
+    s2 = np.clip(motion(0.6 * (other - LAG)), low, high)
+    found = both(sensor("s1", one, s1), sensor("s2", other, s2))
+    (finding,) = found.findings
+    assert finding.text.startswith(f"s2 saturates at {where}: ")
+
+
+def test_a_sensor_that_is_stuck_at_its_largest_value_does_not_saturate() -> None:
+    s2 = motion(T2 - LAG)
+    top = int(np.argmax(s2))
+    s2[top : top + 60] = s2[top]
+    found = both(sensor("s1", T1, motion(T1) + 0.1 * NOISE), sensor("s2", T2, s2))
+    assert [each.about for each in found.findings] == ["stuck"]
+
+
+def test_noise_at_rest_is_no_motion() -> None:
+    times = 0.002 * np.arange(60000)
+    s1 = drive(times) + 0.5 * np.random.default_rng(1).normal(size=times.size)
+    found = both(sensor("s1", times, s1), sensor("s2", T2, drive(T2 - LAG)))
+    assert "saturated" not in {each.about for each in found.findings}
