@@ -52,6 +52,10 @@ SAME_LAG = 0.25
 """Over such a change, the lag stays within this many seconds and an interval of S2. Where two sines
 drift apart, it does not."""
 
+SAME_CURVE = 2.0
+"""Nor has it changed if S1 scatters about one curve over S2 with less than this many times the
+variance with which it scatters about one before and one after: then it bends."""
+
 UNRELATED = 2.5
 """Sensors have nothing in common if no hypothesis reaches this many times chance,"""
 
@@ -299,8 +303,8 @@ def changed(
         expected: What the parameters say that the sensors are to each other.
     """
     seen = [
-        (s2, each[0])
-        for (_, s2), each in zip(parts, found, strict=True)
+        (part, each[0])
+        for part, each in zip(parts, found, strict=True)
         if each and each[0].kind is expected and _is_beyond_doubt(each)
     ]
     differs = [k for k in range(1, len(seen)) if not _may_be_same(seen[k][1], seen[k - 1][1])]
@@ -313,8 +317,10 @@ def changed(
     by = abs(np.log(after.middle_scale / before.middle_scale))
     if before.sign == after.sign and by < np.log(CHANGED):
         return []
-    until = f"until {float(early[-1][0].time_s[-1]):.1f} s"
-    since = f"from {float(late[0][0].time_s[0]):.1f} s on"
+    if expected is Kind.VALUE and _is_one_curve(*(_on_curve(side) for side in (early, late))):
+        return []
+    until = f"until {float(early[-1][0][1].time_s[-1]):.1f} s"
+    since = f"from {float(late[0][0][1].time_s[0]):.1f} s on"
     if before.sign == after.sign:
         read, reads = (each.sign / each.middle_scale for each in (before, after))
         text = f"s1 reads {read:.2g} times what s2 reads {until} and {reads:.2g} times {since}"
@@ -322,8 +328,8 @@ def changed(
         signs = ("the sign", "the opposite")[:: before.sign]
         text = f"s1 has {signs[0]} of s2 {until} and {signs[1]} {since}"
     evidence = {
-        "correlation": before.sign * before.correlation,
-        "after": after.sign * after.correlation,
+        "correlation before": before.sign * before.correlation,
+        "correlation after": after.sign * after.correlation,
     }
     remedy = "find out what changed there, or choose a part by --start and --end"
     return [Finding(Level.WARNING, "changed", text, evidence, remedy)]
@@ -331,6 +337,29 @@ def changed(
 
 def _correlation(relation: Relation) -> float:
     return relation.correlation
+
+
+def _on_curve(parts: Sequence[tuple[tuple[Motion, Motion], Relation]]) -> Reals:
+    """Return S2 and what S1 read a lag before, shape (2, n)."""
+    rows = [
+        (s2.values, np.interp(s2.time_s - relation.lag, s1.time_s, s1.values))
+        for (s1, s2), relation in parts
+    ]
+    return np.concatenate(rows, axis=1)
+
+
+def _is_one_curve(early: Reals, late: Reals) -> bool:
+    """Return whether S1 is the same function of S2 in both, over what S2 has in common."""
+    both = early, late
+    low, high = max(each[0].min() for each in both), min(each[0].max() for each in both)
+    common = [each[:, (each[0] >= low) & (each[0] <= high)] for each in both]
+    apart = sum(_scatter(each) for each in common)
+    return _scatter(np.concatenate(common, axis=1)) <= SAME_CURVE * apart
+
+
+def _scatter(points: Reals) -> float:
+    """Return the sum of squares from each point to the next along a curve."""
+    return float(np.sum(np.diff(points[1, np.argsort(points[0])]) ** 2))
 
 
 def _is_beyond_doubt(found: Sequence[Relation]) -> bool:

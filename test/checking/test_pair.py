@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -574,6 +575,39 @@ def test_a_sign_or_scale_that_changes(s1: Reals, text: str) -> None:
     assert "--start" in finding.remedy
     assert warnings(found) == [finding]
     assert found.relation is None
+
+
+def test_a_change_has_the_correlation_on_either_side() -> None:
+    s1 = flipped(30.0, 1.0, -1.0) + 0.01 * NOISE
+    finding = only(checked(s1, motion(T2 - LAG)).findings, "changed")
+    before, after = finding.evidence.values()
+    assert before > 0.99
+    assert after < -0.99
+    assert f" (correlation before {before:.3g}, correlation after {after:.3g}); " in str(finding)
+
+
+@pytest.mark.parametrize(
+    "bent",
+    [lambda x: x * np.abs(x), lambda x: np.sign(x) * np.sqrt(np.abs(x)), lambda x: x + 2.0 * x**3],
+    ids=["square", "root", "cubic"],
+)
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_an_s1_that_bends_has_not_changed(bent: Callable[[Reals], Reals], noise: float) -> None:
+    """The motion becomes five times as large: one that is not linear then has another slope."""
+
+    def grown(time_s: Reals) -> Reals:
+        found: Reals = motion(time_s) * np.where(time_s < 45.0, 0.2, 1.0)
+        return found
+
+    s1 = bent(grown(T1))
+    found = both(
+        sensor("s1", T1, s1 + noise * float(np.std(s1)) * NOISE),
+        sensor("s2", T2, grown(T2 - LAG) + 0.001 * NOISE2),
+    )
+    assert found.is_fine, found.findings
+    s1 = grown(T1) * np.where(T1 < 45.0, 1.0, 4.0)
+    found = both(sensor("s1", T1, s1 + 0.01 * NOISE), sensor("s2", T2, grown(T2 - LAG)))
+    assert [each.about for each in found.findings] == ["changed"]
 
 
 def test_two_sines_that_drift_apart_have_not_changed() -> None:
