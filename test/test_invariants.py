@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 import signal
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -185,32 +186,81 @@ def fed(parameters: Parameters, feed: list[tuple[str, int, float]]) -> list[Fuse
     return found
 
 
+CONDITIONED: Mapping[str, object] = {
+    "s1.lowpass_time_constant": 0.1,
+    "s1.bias_time_constant": 1.0,
+    "s1.drift_time_constant": 1.0,
+    "s2.lag_time_constant": 0.1,
+    "s2.delay": 0.1,
+}
+EXTENSIONS: tuple[Mapping[str, object], ...] = (
+    {},
+    CONDITIONED,
+    {**CONDITIONED, "adapt.lag_time_constant": 5.0, "adapt.scale_time_constant": 5.0},
+    {**CONDITIONED, "s1.kind": "rate", "signal.period": 6.28, "s2.outlier_threshold": 4.0},
+    {"self_tuning": True},
+)
+
+
 @pytest.mark.parametrize("trigger", ["s1", "pair", "timer"])
 @examples(150)
-@given(feed=feeds, conditioned=st.booleans())
+@given(feed=feeds, extension=st.sampled_from(EXTENSIONS))
 def test_whatever_comes_in_what_comes_out_is_finite(
-    trigger: str, feed: list[tuple[str, int, float]], conditioned: bool
+    trigger: str, feed: list[tuple[str, int, float]], extension: Mapping[str, object]
 ) -> None:
-    changes: dict[str, object] = {
+    changes = {
         "trigger": trigger,
         "predictor.enabled": True,
         "predictor.samples": 3,
         "predictor.rules": 2,
+        **extension,
     }
-    if conditioned:
-        changes |= {
-            "s1.lowpass_time_constant": 0.1,
-            "s1.bias_time_constant": 1.0,
-            "s1.drift_time_constant": 1.0,
-            "s2.lag_time_constant": 0.1,
-            "s2.delay": 0.1,
-        }
     for fused in fed(replace(Parameters(), changes), feed):
-        estimate = fused.estimate
-        numbers = (estimate.value, *estimate.aggregate[:3], *estimate.aggregate.strengths)
-        assert np.isfinite(numbers).all()
-        assert np.isfinite(estimate.prediction.value)
-        assert 0.0 <= estimate.aggregate.weight <= 1.0
+        assert_finite(fused)
+
+
+def assert_finite(fused: Fused) -> None:
+    estimate = fused.estimate
+    numbers = (estimate.value, *estimate.aggregate[:3], *estimate.aggregate.strengths)
+    assert np.isfinite(numbers).all()
+    assert np.isfinite(estimate.prediction.value)
+    assert 0.0 <= estimate.aggregate.weight <= 1.0
+    assert 0.0 <= estimate.standard_deviation < np.inf
+
+
+@pytest.mark.parametrize(
+    ("extension", "feed"),
+    [
+        (  # ten days without S1: a variance that loses all its digits at the next sample of S2
+            CONDITIONED,
+            [
+                ("s1", 0, 1.0),
+                ("s2", 917_838_721_125_431, 0.0),
+                ("s2", 908_155_618_193, 1.0),
+                ("s1", -334_122_871, 0.0),
+                ("s2", 651_081_001, 0.0),
+                ("s1", 1, -0.34),
+            ],
+        ),
+        (  # one number of garbage: S1's scale by which it would explain S2
+            {**CONDITIONED, "adapt.scale_time_constant": 5.0},
+            [
+                ("s1", 0, -1356.9),
+                ("s2", 1, 0.0),
+                ("s1", 2_264_316_446_652_451_194, 1e300),
+                ("s1", 1_000_000_000_000_000_000, 954.8),
+                ("s2", 560_905, -1.05),
+            ],
+        ),
+    ],
+)
+def test_what_has_not_come_out_finite(
+    extension: Mapping[str, object], feed: list[tuple[str, int, float]]
+) -> None:
+    found = fed(replace(Parameters(), extension), feed)
+    assert found
+    for fused in found:
+        assert_finite(fused)
 
 
 @examples(200)

@@ -54,6 +54,9 @@ REPLACED = 10.0
 OUTLIER = 3.0
 """An innovation counts as at most this many of its standard deviations."""
 
+LARGEST_CHANGE = 20.0
+"""Of a factor's logarithm at a time: far beyond all bounds of factors, and finite as a factor."""
+
 
 class Factor(NamedTuple):
     """A factor that is adapted.
@@ -251,4 +254,5 @@ def learnt(
     forgotten = min(lag_gain(seen.interval, time_constant) * information, REPLACED * squared)
     kept = max(information - forgotten, plausible) if information > 0.0 else FIRST * plausible
     most = OUTLIER * math.sqrt(seen.variance)
-    return kept + squared, -slope * clamped(innovation, -most, most) / (kept + squared)
+    change = -slope * clamped(innovation, -most, most) / (kept + squared)
+    return kept + squared, clamped(change, -LARGEST_CHANGE, LARGEST_CHANGE)

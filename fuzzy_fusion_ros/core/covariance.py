@@ -13,7 +13,15 @@ has to give the same bits with one.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
+
+from fuzzy_fusion_ros.core.numerics import clamped
+
+INCONSISTENT = 1.01
+"""Rounding never makes the square of a covariance this many times the product of its variances,
+unless most digits of these are lost: after a gap of days they are large, then a sample of S2 makes
+them small."""
 
 
 class Covariance(NamedTuple):
@@ -64,16 +72,16 @@ def propagated(p: Covariance, dt: float, first: float, second: float) -> Covaria
     m11 = first * first_c + keep * first_1
     m12 = second * m11 + hold * first_2
     return Covariance(
-        cc=cc + dt * cb,
+        cc=max(cc + dt * cb, 0.0),
         cb=cb,
         c1=new_c1,
         c2=second * new_c1 + hold * c2,
         bb=p.bb,
         b1=b1,
         b2=second * b1 + hold * p.b2,
-        m11=m11,
+        m11=max(m11, 0.0),
         m12=m12,
-        m22=second * m12 + hold * (second * first_2 + hold * p.m22),
+        m22=max(second * m12 + hold * (second * first_2 + hold * p.m22), 0.0),
     )
 
 
@@ -113,15 +121,27 @@ def corrected(p: Covariance, k: Gain, noise: float) -> Covariance:
         noise: Variance of the measurement.
     """
     rest = noise / (p.m22 + noise)  # 1 - K, which loses no digits where K is nearly 1
+    cc = max(p.cc - k.bias * p.c2, 0.0)
+    bb = max(p.bb - k.slope * p.b2, 0.0)
+    m11 = max(p.m11 - k.first * p.m12, 0.0)
+    m22 = p.m22 * rest
     return Covariance(
-        cc=max(p.cc - k.bias * p.c2, 0.0),
-        cb=p.cb - k.bias * p.b2,
-        c1=p.c1 - k.bias * p.m12,
-        c2=p.c2 * rest,
-        bb=max(p.bb - k.slope * p.b2, 0.0),
-        b1=p.b1 - k.slope * p.m12,
-        b2=p.b2 * rest,
-        m11=max(p.m11 - k.first * p.m12, 0.0),
-        m12=p.m12 * rest,
-        m22=p.m22 * rest,
+        cc=cc,
+        cb=_consistent(p.cb - k.bias * p.b2, cc, bb),
+        c1=_consistent(p.c1 - k.bias * p.m12, cc, m11),
+        c2=_consistent(p.c2 * rest, cc, m22),
+        bb=bb,
+        b1=_consistent(p.b1 - k.slope * p.m12, bb, m11),
+        b2=_consistent(p.b2 * rest, bb, m22),
+        m11=m11,
+        m12=_consistent(p.m12 * rest, m11, m22),
+        m22=m22,
     )
+
+
+def _consistent(covariance: float, one: float, other: float) -> float:
+    """Return a covariance that is possible between numbers of these variances."""
+    if covariance * covariance <= INCONSISTENT * one * other:
+        return covariance
+    largest = math.sqrt(one * other)
+    return clamped(covariance, -largest, largest)
