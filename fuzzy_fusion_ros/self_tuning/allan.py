@@ -109,7 +109,9 @@ def averaging_time(size: Reals, interval: float) -> float:
     best = int(np.argmin(size)) if size.size else 0
     if best == 0:
         return 0.0
-    return float(interval * 2.0 ** (best + vertex(np.log(size), best)) / math.sqrt(3.0))
+    with np.errstate(divide="ignore"):  # no difference at all is the least there is
+        curve = np.log(size)
+    return float(interval * 2.0 ** (best + vertex(curve, best)) / math.sqrt(3.0))
 
 
 def vertex(curve: Reals, lowest: int) -> float:

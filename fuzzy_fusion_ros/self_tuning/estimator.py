@@ -12,11 +12,14 @@ from typing import NamedTuple
 from fuzzy_fusion_ros.core import estimator
 from fuzzy_fusion_ros.core.adaptation import paused
 from fuzzy_fusion_ros.core.delay_line import empty_line, extended
+from fuzzy_fusion_ros.core.deviation import deviation
 from fuzzy_fusion_ros.core.estimator import Estimate, Sensors, State
 from fuzzy_fusion_ros.core.model import Shown
+from fuzzy_fusion_ros.core.numerics import seconds_between
+from fuzzy_fusion_ros.core.observer import UNKNOWN
 from fuzzy_fusion_ros.core.predictor import Predictor
 from fuzzy_fusion_ros.parameters.fusion import Parameters
-from fuzzy_fusion_ros.self_tuning.choice import NO_LAG, chosen, first
+from fuzzy_fusion_ros.self_tuning.choice import AT_ONCE, NO_LAG, chosen, first
 from fuzzy_fusion_ros.self_tuning.lag_bank import FoundLag, LagBank, found_lag
 from fuzzy_fusion_ros.self_tuning.measured import Measured, heard_s1, heard_s2, nothing_measured
 
@@ -76,13 +79,15 @@ def update(
     """Take a sample of S1 and estimate, as :func:`core.estimator.update`."""
     kept = with_given(parameters, kept)
     estimate, state = estimator.update(kept.parameters, _own(kept), stamp_ns, value)
+    estimate = _surely(kept, state.sensors, stamp_ns, estimate)
     measured = heard_s1(kept.measured, kept.sensors.s1, state.sensors.s1)
     return estimate, _after(kept, state, measured)
 
 
 def without_s1(parameters: Parameters, kept: SelfTuned, stamp_ns: int) -> Estimate:
     """Return S2 alone as the estimate, as :func:`core.estimator.without_s1`."""
-    return estimator.without_s1(kept.parameters, _own(kept), stamp_ns)
+    estimate = estimator.without_s1(kept.parameters, _own(kept), stamp_ns)
+    return _surely(kept, kept.sensors, stamp_ns, estimate)
 
 
 def with_given(parameters: Parameters, kept: SelfTuned) -> SelfTuned:
@@ -107,6 +112,7 @@ def adopted(kept: SelfTuned) -> SelfTuned:
         if lag.pair != kept.lag.pair:
             sensors = seen_through(measured.bank, lag, sensors)
     parameters = chosen(kept.given, measured, sensors, lag)
+    sensors = on_the_scale_of(parameters, kept.parameters, sensors)
     if kept.parameters.s1.lowpass_time_constant <= 0.0:
         sensors = without_slope(sensors)
     wait = min(int(GROWTH * measured.samples), LONGEST_WAIT)
@@ -130,6 +136,40 @@ def without_slope(sensors: Sensors) -> Sensors:
     """Start the low-pass on S1 without a slope: while it is off, that is the slope of noise."""
     smooth = sensors.s1.smooth._replace(slope=0.0)
     return sensors._replace(s1=sensors.s1._replace(smooth=smooth))
+
+
+def on_the_scale_of(parameters: Parameters, before: Parameters, sensors: Sensors) -> Sensors:
+    """Keep the size of S2's innovations where parameters change what is expected of them.
+
+    Args:
+        parameters: Those to come.
+        before: Those so far.
+        sensors: What is kept of the sensors.
+    """
+    evidence, interval = sensors.evidence, sensors.s2.interval
+    change = _expected(before, interval) / _expected(parameters, interval)
+    return sensors._replace(evidence=evidence._replace(variance=evidence.variance * change))
+
+
+def _expected(parameters: Parameters, interval: float) -> float:
+    """Return what the square of an innovation of S2 is about, in units of its noise variance."""
+    steps = min(interval / parameters.s1.bias_time_constant, UNKNOWN)
+    return 1.0 + steps * steps
+
+
+def _surely(kept: SelfTuned, sensors: Sensors, stamp_ns: int, estimate: Estimate) -> Estimate:
+    """Return an estimate with another standard deviation while S2 sets the bias at once.
+
+    Its covariance then says nothing; what is known is how far S2 has been from what was expected
+    of it, one interval after the last.
+    """
+    if kept.parameters.s1.bias_time_constant > AT_ONCE or estimate.standard_deviation == 0.0:
+        return estimate
+    interval = sensors.s2.interval
+    age = seconds_between(sensors.s2.stamp_ns, stamp_ns)
+    variance = sensors.belief.variance * (max(1.0, age / interval) if interval > 0.0 else 1.0)
+    scale, floor = kept.parameters.estimate.deviation_scale, kept.parameters.s1.noise
+    return estimate._replace(standard_deviation=deviation(scale, floor, sensors.evidence, variance))
 
 
 def _own(kept: SelfTuned) -> State:

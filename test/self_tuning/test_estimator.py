@@ -19,7 +19,7 @@ from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.online.fusion import Fusion
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import flatten, replace
-from fuzzy_fusion_ros.self_tuning.choice import MEASURED
+from fuzzy_fusion_ros.self_tuning.choice import AT_ONCE, MEASURED
 from fuzzy_fusion_ros.self_tuning.estimator import (
     ENOUGH,
     SelfTuned,
@@ -205,3 +205,22 @@ def test_an_s1_slower_than_s2_is_no_fault() -> None:
         fused += [each for verdict in verdicts for each in verdict.estimates]
     assert len(fused) >= 55
     assert all(math.isfinite(each.estimate.value) for each in fused)
+
+
+def test_the_standard_deviation_is_one_also_while_s2_sets_the_bias_at_once() -> None:
+    """A gyro and a late course: single samples of S2 are best now and then."""
+    rng = np.random.default_rng(3)
+    kept, errors, said, at_once = initial_state(ON), [], [], 0
+    for k in range(12_000):
+        time_s, stamp_ns = 0.01 * k, 10**9 + k * 10**7
+        heading, late = (0.3 * at + 1.2 * math.sin(0.4 * at) for at in (time_s, time_s - 0.3))
+        if k % 100 == 0:
+            kept = observe_s2(ON, kept, stamp_ns, late + 0.02 * rng.normal())
+        estimate, kept = update(ON, kept, stamp_ns, heading + 0.01 * time_s)
+        if time_s > 20.0:
+            at_once += kept.parameters.s1.bias_time_constant <= AT_ONCE
+            errors.append(estimate.value - heading)
+            said.append(estimate.standard_deviation)
+    assert 1000 < at_once < 9000
+    assert min(said) > 0.2 * root_mean_square(np.array(errors))
+    assert max(said) < 5.0 * root_mean_square(np.array(errors))
