@@ -203,7 +203,7 @@ def fused(
     decides = s2_decides(parameters, s2)
     s1 = condition(parameters.s1, kept.s1, s2.rate, decides, stamp_ns, value)
     if observes(parameters):
-        belief = moved_on(parameters, kept.belief, kept.s1, s1, s2)
+        belief = moved_on(parameters, kept.belief, kept.s1, s1, s2, evidence.variance)
         if kept.belief.stamp_ns == 0:  # it begins: evidence of the blend is on another scale
             evidence = no_evidence()
         sensors = Sensors(s1, s2, belief, evidence)

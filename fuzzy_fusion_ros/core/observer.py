@@ -156,7 +156,12 @@ def s2_decides(parameters: Parameters, s2: SlowSensor) -> bool:
 
 
 def moved_on(
-    parameters: Parameters, kept: Belief, before: FastSensor, s1: FastSensor, s2: SlowSensor
+    parameters: Parameters,
+    kept: Belief,
+    before: FastSensor,
+    s1: FastSensor,
+    s2: SlowSensor,
+    usual: float,
 ) -> Belief:
     """Move the belief on to a sample of S1, and it through S2's model.
 
@@ -169,9 +174,10 @@ def moved_on(
         before: S1 before the sample.
         s1: S1 with it, conditioned.
         s2: S2 as held.
+        usual: As for :func:`believe`.
     """
     if kept.stamp_ns == 0 or s1.samples == 1:
-        return started(parameters, kept, before, s1, s2)
+        return started(parameters, kept, before, s1, s2, usual)
     dt = seconds_between(before.stamp_ns, s1.stamp_ns)
     step = s1.smooth.step
     states, adaptation = kept.states, kept.adaptation
@@ -222,12 +228,19 @@ def stepped(states: States, step: float, scale: float) -> States:
 
 
 def started(
-    parameters: Parameters, kept: Belief, before: FastSensor, s1: FastSensor, s2: SlowSensor
+    parameters: Parameters,
+    kept: Belief,
+    before: FastSensor,
+    s1: FastSensor,
+    s2: SlowSensor,
+    usual: float,
 ) -> Belief:
     """Return the belief at the first sample of S1, or the first after a gap.
 
     S2's model starts from there; the bias and its slope are kept, and are less certain by what
-    they may have walked.
+    they may have walked. The integral of a rate has no value of its own after a gap: it may be off
+    by how far the signal has moved since what S2 shows. If S2 has spoken in the gap, the estimate
+    begins there, on the line on which S2 moves.
 
     Args:
         parameters: All parameters, or their ``numbers``.
@@ -235,25 +248,39 @@ def started(
         before: S1 before the sample.
         s1: S1 with it.
         s2: S2 as held.
+        usual: As for :func:`believe`.
     """
     states, covariance, adaptation = kept.states, kept.covariance, paused(kept.adaptation)
-    bias = 0.0
+    factor, scale, value = adaptation.lag.value, adaptation.scale.value, s1.smooth.value
+    lag, delay = factor * parameters.s2.lag_time_constant, factor * parameters.s2.delay
+    bias, slope, s2_ns = 0.0, 0.0, kept.s2_ns
     if kept.stamp_ns == 0:
         covariance = prior(parameters)
     else:
         since = seconds_between(before.stamp_ns, s1.stamp_ns)
         bias = bounded(states.bias + states.slope * since)
         dt = max(seconds_between(kept.stamp_ns, s1.stamp_ns), 0.0)
-        covariance = walked(parameters, covariance, adaptation.lag.value, s2.interval, dt)
-    value = s1.smooth.value
-    line = extended(empty_line(), s1.stamp_ns, value, adaptation.lag.value * parameters.s2.delay)
+        covariance = walked(parameters, covariance, factor, s2.interval, dt)
+        if parameters.s1.is_rate:
+            behind = max(seconds_between(s2.stamp_ns, s1.stamp_ns), 0.0) + lag + delay
+            moved = bounded(s2.rate * behind)
+            doubted = variance_of(moved, usual, parameters.s2.noise)
+            covariance = raised(covariance, doubted)
+            if s2.stamp_ns != s2_ns:
+                covariance = of_bias(1.0 + doubted, 0.0, covariance.bb)
+                bias = bounded(scale * value - s2.value - moved)
+                slope, s2_ns = s2.rate / scale, s2.stamp_ns
+    lagged, line, reach = bounded(value - slope * lag), empty_line(), delay + kept.late
+    if slope != 0.0:
+        line = extended(line, s1.stamp_ns - int(reach * 1e9), lagged - slope * reach, delay)
+    shown = Shown(lagged, extended(line, s1.stamp_ns, lagged, delay))
     return Belief(
         samples=kept.samples,
-        s2_ns=kept.s2_ns,
+        s2_ns=s2_ns,
         late=kept.late,
         stamp_ns=max(kept.stamp_ns, s1.stamp_ns),
-        states=States(bias, states.slope, Lagged(bias, bias), Shown(value, line)),
-        doubted=Shown(value, line),
+        states=States(bias, states.slope, Lagged(bias, bias), shown),
+        doubted=shown,
         covariance=of_bias(covariance.cc, covariance.cb, covariance.bb),
         innovation=kept.innovation,
         variance=kept.variance,
@@ -264,6 +291,20 @@ def started(
         held_back=kept.held_back,
         adaptation=adaptation,
     )
+
+
+def variance_of(error: float, usual: float, noise: float) -> float:
+    """Return the square of an error in those of S2's noise; ``UNKNOWN`` where that is not known.
+
+    Args:
+        error: Unit of the signal.
+        usual: As for :func:`believe`.
+        noise: Of S2, unit of the signal; counts where nothing is usual yet.
+    """
+    scatter = usual if usual > 0.0 else noise * noise
+    if scatter <= 0.0:
+        return UNKNOWN * UNKNOWN
+    return min(error * error / scatter, UNKNOWN * UNKNOWN)
 
 
 def believe(

@@ -207,6 +207,13 @@ class FastSensorParameters(SensorParameters):
         unit="signal/s",
     )
 
+    DERIVED = ("is_rate",)
+
+    @property
+    def is_rate(self) -> bool:
+        """Whether it is integrated, and so has no value of its own after a silence."""
+        return self.kind == "rate"
+
 
 @dataclass(frozen=True)
 class SlowSensorParameters(SensorParameters):

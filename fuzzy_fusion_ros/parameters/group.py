@@ -15,7 +15,7 @@ import math
 from collections import namedtuple
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, TypeVar, cast
+from typing import Any, ClassVar, TypeVar, cast
 
 from fuzzy_fusion_ros.parameters.errors import ParameterError
 
@@ -134,6 +134,9 @@ class Group:
     Raises:
         ParameterError: On construction, when a value or a combination is not allowed.
     """
+
+    DERIVED: ClassVar[tuple[str, ...]] = ()
+    """Properties that are numbers or switches and follow from a text."""
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
@@ -256,7 +259,7 @@ def numbers(parameters: Group | tuple[Any, ...]) -> Any:
     """Return the numbers and switches of a group as a nested named tuple.
 
     Attribute access is the same as on the group, so a function takes either; a named tuple is
-    what the compiler understands. Texts and names are left out.
+    what the compiler understands. Texts and names are left out, but for what ``DERIVED`` names.
 
     Args:
         parameters: The group; its numbers are returned as they are.
@@ -268,6 +271,7 @@ def numbers(parameters: Group | tuple[Any, ...]) -> Any:
         for field in dataclasses.fields(parameters)
         if not isinstance(getattr(parameters, field.name), str | tuple)
     }
+    values |= {name: getattr(parameters, name) for name in parameters.DERIVED}
     tuple_type = _tuple_type(type(parameters).__name__, tuple(values))
     return tuple_type(
         *(numbers(value) if isinstance(value, Group) else value for value in values.values())

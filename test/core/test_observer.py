@@ -406,7 +406,7 @@ def test_a_gap_of_s1_takes_the_slope_once() -> None:
     states = no_states()._replace(bias=1.0, slope=0.1)
     kept = no_belief()._replace(stamp_ns=10 * SECOND, states=states)
     before, s1 = sensor(30 * SECOND, 0.0, 9), sensor(40 * SECOND, 0.0, 1)
-    moved = moved_on(LEARNING, kept, before, s1, no_slow_sensor())
+    moved = moved_on(LEARNING, kept, before, s1, no_slow_sensor(), 0.0)
     assert moved.states.bias == pytest.approx(2.0)
 
 

@@ -194,6 +194,56 @@ def test_over_a_gap_a_rate_moves_as_s2_has() -> None:
     assert found == pytest.approx([0.0] * len(found), abs=1e-9)
 
 
+HEADING = {
+    "s1.kind": "rate",
+    "s1.bias_time_constant": 5.0,
+    "s1.drift_time_constant": 10.0,
+    "s1.drift_prior": 0.01,
+    "s2.noise": 0.05,
+    "s2.delay": 0.3,
+}
+
+
+def after_a_silence(s2_returns_s: float) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+    """Time, error and standard deviation while a gyro speaks again, from 63.5 s on.
+
+    It was silent for 3.5 s, in which the heading turned by 2 rad; the course of 1 Hz, 0.3 s old,
+    was until some time.
+    """
+
+    def heading(time_s: float) -> float:
+        return 0.3 * time_s + 1.2 * math.sin(0.4 * time_s)
+
+    fusion, found = Fusion(parameters(**HEADING)), []
+    for k in range(7000):
+        time_s, stamp_ns = 0.01 * k, SECOND + k * 10_000_000
+        if k % 100 == 0 and not 60.0 <= time_s < s2_returns_s:
+            fusion.on_s2(Sample(stamp_ns, nearest(heading(time_s - 0.3), 0.0, TURN)))
+        if not 60.0 <= time_s < 63.5:
+            rate = 0.3 + 0.48 * math.cos(0.4 * time_s) + 0.01
+            for fused in fusion.on_s1(Sample(stamp_ns, rate)).estimates:
+                error = nearest(fused.estimate.value - heading(time_s), 0.0, TURN)
+                found.append((time_s, error, fused.estimate.standard_deviation))
+    return np.array([each for each in found if each[0] >= 63.5])
+
+
+def test_after_a_silence_a_rate_begins_where_s2_leads() -> None:
+    """Not where S2 was: that is 0.6 rad behind."""
+    time_s, error, sure = after_a_silence(60.0).T
+    assert np.abs(error).max() < 0.1
+    assert np.abs(error[time_s > 66.0]).max() < 0.05
+    assert (np.abs(error) < 3.0 * sure).all()
+    assert np.abs(np.diff(error)).max() < 0.1
+
+
+def test_after_a_silence_of_both_a_rate_knows_little() -> None:
+    time_s, error, sure = after_a_silence(64.0).T
+    alone = time_s < 63.995
+    assert (np.abs(error[alone]) > 1.0).all()
+    assert (np.abs(error) < 4.0 * sure).all()  # it also turned faster than before
+    assert np.abs(error[~alone]).max() < 0.1
+
+
 def test_a_rate_without_bounds_stays_finite() -> None:
     fusion = Fusion(parameters(TURN, **{"s1.kind": "rate"}))
     fusion.on_s2(Sample(SECOND, 1.0))
