@@ -121,6 +121,7 @@ class EstimateMessages:
     """Makes messages of estimates: S2's latest with other numbers and stamp, or of another type.
 
     Never with S2's variance: ours where a field for it is named and it is known, else *unknown*.
+    Where ours is in a matrix, S2's variances of other numbers stay, without covariances of ours.
 
     Attributes:
         type_name: Their type.
@@ -156,12 +157,15 @@ class EstimateMessages:
         _refuse_overlaps(self.type_name, self.codecs, named)
         self._filled = sorted(self.codecs, key=lambda name: _is_pitch(self.codecs[name]))
         self.lacking: Counter[str] = Counter()
-        unknown: dict[str, float] = {}
-        for codec in self.codecs.values():
-            unknown |= variance_of(types, self.type_name, codec.field).unknown
-        self._unknown = tuple(unknown.values())
-        self._unsure = Elements(types, self.type_name, list(unknown))
-        self._s2_message: bytes | None = None
+        self._own = {
+            name: variance_of(types, self.type_name, codec.field)
+            for name, codec in self.codecs.items()
+        }
+        self._written = [
+            name for name, path in named.items() if path and path == self._own[name].path
+        ]
+        self._marks: dict[frozenset[str], _Marks] = {}
+        self._blank: tuple[bytes, frozenset[str]] | None = None
         self._templates: list[tuple[str, Template]] = []
 
     @property
@@ -183,10 +187,12 @@ class EstimateMessages:
         """
         stamp_ns, fused, held = together
         s2_message = together.s2_message
-        if s2_message is not self._s2_message:
-            blank = self._unsure.written(self._like(s2_message), self._unknown)
+        sure = frozenset(name for name in self._written if _is_sure(fused.get(name)))
+        if self._blank is None or s2_message is not self._blank[0] or sure != self._blank[1]:
+            elements, numbers = self._marks_with(sure)
+            blank = elements.written(self._like(s2_message), numbers)
             self._templates = [(name, self.codecs[name].template(blank)) for name in self._filled]
-            self._s2_message = s2_message
+            self._blank = s2_message, sure
         lacks = len(fused) < len(self.codecs)
         missing = [name for name in self.codecs if name not in fused] if lacks else ()
         for name in missing:
@@ -226,22 +232,44 @@ class EstimateMessages:
         if not self.makes_rows:
             return None
         (codec,), variances = self.codecs.values(), self._variances.values()
+        known = deviations != 0.0
+        sure = frozenset(self._written)
+        marked = [(known, sure), (~known, frozenset())] if sure else [(slice(None), sure)]
         rows = s2.copy() if s2.shape[1] else repeated(self._like(b""), len(s2))
         first = rows[0].tobytes()
         try:
-            place, unsure = codec.place(first), self._unsure.places(first)
-            sure = [at for each in variances for at in each.places(first)]
+            place = codec.place(first)
+            marks = [(which, self._marks_with(each)) for which, each in marked]
+            places = [(which, each.elements.places(first), each.numbers) for which, each in marks]
+            ours = [at for each in variances for at in each.places(first)]
         except MessageError:
             return None
-        put_same(rows, unsure, self._unknown)
+        for which, at_all, numbers in places:
+            some = rows[which]
+            put_same(some, at_all, numbers)
+            rows[which] = some
         fit = filled(rows, codec, place, values, stamps_ns)
-        for form, at in sure:
-            known = deviations != 0.0
+        for form, at in ours:
             scaled = deviations[known] / codec.scale
             some = rows[known]
             fit = fit and form[1] in "fd" and put(some, at, form, scaled * scaled)
             rows[known] = some
         return rows if fit else None
+
+    def _marks_with(self, sure: frozenset[str]) -> _Marks:
+        """Return what marks variances as unknown, but for those of some channels, which are known.
+
+        Those of S2 in the same matrix then stay.
+        """
+        if sure not in self._marks:
+            numbers: dict[str, float] = {}
+            for known in (True, False):  # what is unknown may be all of a matrix
+                for name, own in self._own.items():
+                    if (name in sure) == known:
+                        numbers |= own.known if known else own.unknown
+            elements = Elements(self._types, self.type_name, list(numbers))
+            self._marks[sure] = _Marks(elements, tuple(numbers.values()))
+        return self._marks[sure]
 
     def _codec(self, parameters: EstimateParameters, s2: ScalarCodec) -> ScalarCodec:
         is_s2s = s2.type_name == self.type_name and not parameters.field
@@ -260,6 +288,17 @@ class EstimateMessages:
         s2 = next(iter(self._s2.values()))
         frame = s2.frame(s2_message) if s2_message else ""
         return default_message(self._types, self.type_name, frame)
+
+
+class _Marks(NamedTuple):
+    """Numbers of a message that say how sure others are, and what they are set to."""
+
+    elements: Elements
+    numbers: tuple[float, ...]
+
+
+def _is_sure(fused: Fused | None) -> bool:
+    return fused is not None and fused.standard_deviation != 0.0
 
 
 def _is_pitch(codec: ScalarCodec) -> bool:

@@ -30,13 +30,15 @@ class Variance(NamedTuple):
         path: Where it is; empty if the number has one of several.
         unknown: What a message holds where it is not known, by path: the variance itself and
             its covariances with other numbers.
+        known: What it holds besides the variance where that is known: no covariances of it.
     """
 
     path: str
     unknown: Mapping[str, float]
+    known: Mapping[str, float]
 
 
-NONE = Variance("", {})
+NONE = Variance("", {}, {})
 """Of a number whose type has no variance."""
 
 
@@ -63,7 +65,7 @@ def variance_of(types: TypeDescriptions, type_name: str, field: Field) -> Varian
     here = _fields(types, type_name, owners)
     if _is_number(here.get("variance")):
         name = _joined(owner, "variance")
-        return Variance(name, {name: 0.0})
+        return Variance(name, {name: 0.0}, {})
     if member in _EARTH and _has(here, "position_covariance", 9):
         kind = {_joined(owner, "position_covariance_type"): 0.0}
         return _matrix(_joined(owner, "position_covariance"), 3, _EARTH[member], 0.0, kind)
@@ -72,7 +74,7 @@ def variance_of(types: TypeDescriptions, type_name: str, field: Field) -> Varian
         matrix = _joined(above, f"{group}_covariance")
         if axis in _AXES:
             return _matrix(matrix, 3, _AXES[axis], 0.0)
-        return Variance("", _all(matrix, 9))
+        return _of_all(_all(matrix, 9))
     over = _fields(types, type_name, owners[:-2]) if len(owners) > 1 else {}
     if group in _GROUPS and _has(over, "covariance", 36):
         matrix = _joined(".".join(owners[:-2]), "covariance")
@@ -80,7 +82,7 @@ def variance_of(types: TypeDescriptions, type_name: str, field: Field) -> Varian
         if axis in _AXES:
             return _matrix(matrix, 6, first + _AXES[axis], NO_INFORMATION)
         rows = [_matrix(matrix, 6, first + k, NO_INFORMATION).unknown for k in range(3)]
-        return Variance("", {path: value for row in rows for path, value in row.items()})
+        return _of_all({path: value for row in rows for path, value in row.items()})
     return NONE
 
 
@@ -109,6 +111,11 @@ def _all(matrix: str, size: int) -> dict[str, float]:
     return {f"{matrix}[{k}]": 0.0 for k in range(size)}
 
 
+def _of_all(unknown: Mapping[str, float]) -> Variance:
+    """Return the variance of a number that is made of several: none of theirs is its own."""
+    return Variance("", unknown, unknown)
+
+
 def _matrix(
     matrix: str, order: int, row: int, unknown: float, more: Mapping[str, float] | None = None
 ) -> Variance:
@@ -123,11 +130,12 @@ def _matrix(
         more: What else says that it is not known.
     """
     path = f"{matrix}[{row * (order + 1)}]"
+    across = {f"{matrix}[{row * order + k}]": 0.0 for k in range(order) if k != row}
+    down = {f"{matrix}[{k * order + row}]": 0.0 for k in range(order) if k != row}
+    known = {**across, **down}
     if unknown == 0.0:
-        return Variance(path, {**_all(matrix, order * order), **(more or {})})
-    across = {f"{matrix}[{row * order + k}]": 0.0 for k in range(order)}
-    down = {f"{matrix}[{k * order + row}]": 0.0 for k in range(order)}
-    return Variance(path, {**across, **down, path: unknown})
+        return Variance(path, {**_all(matrix, order * order), **(more or {})}, known)
+    return Variance(path, {**known, path: unknown}, known)
 
 
 class Elements:

@@ -155,6 +155,25 @@ def test_an_angle_of_a_vector_leaves_no_variance_of_s2(world: World) -> None:
         assert element.value(data) == NO_INFORMATION
 
 
+@pytest.mark.parametrize("deviation", [0.5, 0.0])
+def test_variances_of_other_angles_stay_where_ours_is_known(world: World, deviation: float) -> None:
+    """In sensor_msgs, zeros are unknown only as a whole: beside ours they would be certainty."""
+    codec = ScalarCodec(world.types, IMU, "yaw(orientation)")
+    s2 = world.data(
+        IMU, {"orientation.w": 1.0, "orientation_covariance": [1.0 + k for k in range(9)]}
+    )
+    messages = made(world, codec, "orientation_covariance[8]")
+    data = messages.message(fused(s2, deviation))
+    found = [
+        ScalarCodec(world.types, IMU, f"orientation_covariance[{k}]").value(data) for k in range(9)
+    ]
+    assert found == ([1.0, 2.0, 0.0, 4.0, 5.0, 0.0, 0.0, 0.0, 0.25] if deviation else [0.0] * 9)
+    again = messages.message(fused(s2, 0.5 - deviation))
+    assert (ScalarCodec(world.types, IMU, "orientation_covariance[0]").value(again) == 1.0) != bool(
+        deviation
+    )
+
+
 def test_a_field_for_the_variance_that_is_not_there_is_refused(world: World) -> None:
     codec = ScalarCodec(world.types, "sensor_msgs/msg/Temperature")
     with pytest.raises(MessageError, match="no field 'covariance'"):

@@ -18,6 +18,7 @@ from rosbags.rosbag2 import StoragePlugin
 from fuzzy_fusion_ros.bag import BagWriter, jazzy_types, open_bag
 from fuzzy_fusion_ros.bag.mcap import file
 from fuzzy_fusion_ros.messages import ScalarCodec, default_message
+from fuzzy_fusion_ros.messages.variances import Elements
 from fuzzy_fusion_ros.offline import bulk
 from fuzzy_fusion_ros.offline.replay import Replayed, replay
 from fuzzy_fusion_ros.offline.topics import Topics
@@ -248,6 +249,9 @@ def test_types_of_all_kinds(both: Both, tmp_path: Path) -> None:
     for number, (kind, field) in enumerate(kinds.items()):
         with open_bag(write_scalars(tmp_path / f"scalars{number}", swing(0.1))) as bag:
             data = default_message(bag.types, kind, "some frame")
+            if kind.endswith("Imu"):
+                paths = [f"linear_acceleration_covariance[{k}]" for k in range(9)]
+                data = Elements(bag.types, kind, paths).written(data, map(float, range(1, 10)))
         path = tmp_path / f"bag{number}"
         with BagWriter(path) as writer:
             for k, each in enumerate(map(message, swing(2.0))):
@@ -260,8 +264,12 @@ def test_types_of_all_kinds(both: Both, tmp_path: Path) -> None:
                 )
         went = both.ways(path, {"s2.field": field}, SMALL)
         assert ("one by one" in went) == (kind == "std_msgs/msg/Int32")
-    variance = {"s2.field": "temperature", "estimate.variance_field": "variance"}
-    assert both.ways(tmp_path / "bag1", variance, SMALL).keys() == {"at once"}
+    for bag, field, named in (
+        ("bag1", "temperature", "variance"),
+        ("bag2", "linear_acceleration.x", "linear_acceleration_covariance[0]"),
+    ):
+        variance = {"s2.field": field, "estimate.variance_field": named}
+        assert both.ways(tmp_path / bag, variance, SMALL).keys() == {"at once"}
 
 
 def _stamped(kind: str, field: str, data: bytes, stamp_ns: int, value: float) -> bytes:
