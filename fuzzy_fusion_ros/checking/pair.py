@@ -197,7 +197,8 @@ def is_related(relation: Relation) -> bool:
     return r >= RELATED or (r >= LEAST and r >= ABOVE_CHANCE * relation.chance)
 
 
-def _is_credible(relation: Relation) -> bool:
+def is_credible(relation: Relation) -> bool:
+    """Return whether a relation is so far beyond chance that it may be a fault."""
     r = relation.correlation
     return r >= BEYOND_DOUBT or r >= max(CREDIBLE[0], CREDIBLE[1] * relation.chance)
 
@@ -225,7 +226,7 @@ def judge_relation(
         return [], None
     best = found[0]
     plain = next((each for each in found if _is_as_it_should(each, expected)), None)
-    if best is plain or not _is_credible(best):
+    if best is plain or not is_credible(best):
         return (_scale(best, scale, only_units), best) if best is plain else ([], None)
     margin = np.inf if plain is None else plain.cost - best.cost
     if margin < MARGIN:
@@ -273,7 +274,7 @@ def is_lasting(relation: Relation, halves: Iterable[Sequence[Relation]]) -> bool
         if is_related(half[0]) and margin >= MARGIN:
             return False
     seen = [each for each in same if each is not None and is_related(each)]
-    return len(seen) == len(compared) or any(map(_is_credible, seen))
+    return len(seen) == len(compared) or any(map(is_credible, seen))
 
 
 def _may_be_same(one: Relation, other: Relation) -> bool:
@@ -388,7 +389,7 @@ def _odd(
     if plain is not None and not is_expected:
         evidence["as values"] = plain.correlation
     # Noise adds up in an integral.
-    factor, units = _factor(best, only_units=only_units or not is_expected)
+    factor, units = factor_of(best, only_units=only_units or not is_expected)
     size = "" if factor == 1.0 else f", times {1.0 / factor:.3g}{units}"
     negated = "the negated " if best.sign < 0 else "the "
     change = best.sign * factor
@@ -409,8 +410,8 @@ def _odd(
 
 def _scale(relation: Relation, scale: float, only_units: bool) -> list[Finding]:
     """Return whether the scale of plain values is another unit's."""
-    factor, units = _factor(relation, only_units=only_units)
-    if factor == 1.0 or not _is_credible(relation):
+    factor, units = factor_of(relation, only_units=only_units)
+    if factor == 1.0 or not is_credible(relation):
         return []
     evidence = {"ratio": 1.0 / relation.middle_scale, "correlation": relation.correlation}
     text = f"s1 reads {1.0 / factor:.3g} times what s2 reads{units}"
@@ -419,11 +420,16 @@ def _scale(relation: Relation, scale: float, only_units: bool) -> list[Finding]:
 
 def conversion_of(relation: Relation) -> float:
     """Return the signed factor from the unit of S1 to that of S2, 1 unless units differ."""
-    return relation.sign * _factor(relation, only_units=True)[0]
+    return relation.sign * factor_of(relation, only_units=True)[0]
 
 
-def _factor(relation: Relation, *, only_units: bool) -> tuple[float, str]:
-    """Return the factor from S1 to S2, 1 if it may be that, and which units it is for."""
+def factor_of(relation: Relation, *, only_units: bool) -> tuple[float, str]:
+    """Return the factor from S1 to S2, 1 if it may be that, and which units it is for.
+
+    Args:
+        relation: What they are to each other.
+        only_units: As in :func:`judge_relation`.
+    """
     low, high = relation.scale[0] * relation.correlation, relation.scale[1] / relation.correlation
     if low <= FACTOR and high >= 1.0 / FACTOR:
         return 1.0, ""

@@ -176,6 +176,15 @@ class Relation(NamedTuple):
             return [] if nearest is None else [nearest]
         return [each for each in found if 1.0 / RIVAL < each[1] / nearest[1] < RIVAL]
 
+    @property
+    def turned(self) -> Relation:
+        """The same relation, of S2 to S1."""
+        kinds = {Kind.S1_RATE: Kind.S2_RATE, Kind.S2_RATE: Kind.S1_RATE}
+        low, high = self.scale
+        return self._replace(
+            kind=kinds.get(self.kind, self.kind), lag=-self.lag, scale=(1.0 / high, 1.0 / low)
+        )
+
     def _distance(self, conversion: tuple[Conversion, float]) -> float:
         return abs(math.log(conversion[1] / self.middle_scale))
 

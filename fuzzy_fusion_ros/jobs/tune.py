@@ -20,12 +20,12 @@ from fuzzy_fusion_ros.jobs.fleet import Failure, Interrupted, outcomes
 from fuzzy_fusion_ros.jobs.outputs import require_writable
 from fuzzy_fusion_ros.jobs.parameter_file import Source, baseline_parameters, fusion_parameters
 from fuzzy_fusion_ros.jobs.progress import SILENT, Progress
-from fuzzy_fusion_ros.offline.check import check_start, warning_lines
+from fuzzy_fusion_ros.offline.check import check_start
 from fuzzy_fusion_ros.offline.excerpts import excerpts
 from fuzzy_fusion_ros.offline.recording import Recording, read_recording
 from fuzzy_fusion_ros.offline.topics import Topics, codecs_of
 from fuzzy_fusion_ros.offline.tracks import Track
-from fuzzy_fusion_ros.offline.truth import truth_warnings
+from fuzzy_fusion_ros.offline.truth import suitability
 from fuzzy_fusion_ros.parameters.errors import FusionError
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import flatten, replace
@@ -138,6 +138,7 @@ class _Read(NamedTuple):
         base: The parameters with the types of its sensors.
         clocks_agree: Whether one clock stamps both sensors, as far as is known.
         to_score: Spans that can be scored: first what is left out of the fit, if there is enough.
+        truth_is_wrong: Whether its truth does not suit the sensors.
     """
 
     recordings: list[Recording]
@@ -145,6 +146,7 @@ class _Read(NamedTuple):
     base: Parameters
     clocks_agree: bool
     to_score: list[Span]
+    truth_is_wrong: bool
 
 
 def tune(
@@ -213,6 +215,7 @@ def tune(
     ]
     with progress.counted("tuning", " runs") as advance:
         tuned = fit(trials, read[0].base, seed, progress=advance)
+    tuned = tuned._replace(truth_is_wrong=any(each.truth_is_wrong for each in read))
     result = TuneResult(
         tuned,
         recordings,
@@ -253,15 +256,14 @@ def _read(
         to_score = _to_score(reader, wanted, start, end)
     if not use_truth:
         recording = recording._replace(truth=Track._make(each[:0] for each in recording.truth))
-    about_truth = truth_warnings(recording, base, found)
-    notes = (*recording.notes, *warning_lines(found), *about_truth)
-    recording = recording._replace(notes=notes)
+    suits = suitability(recording, base, found)
+    recording = recording._replace(notes=(*recording.notes, *suits.lines))
     known = recording.truth.stamps_ns.size > 0
     parts = excerpts(recording)
     truths = [_truth(each) if known else None for each in parts]
     if len(parts) > 1:
         parts, truths = _usable(parts, truths, int(recording.series.s1_ns[0]))
-    return _Read(parts, truths, base, found.clocks_agree, to_score)
+    return _Read(parts, truths, base, found.clocks_agree, to_score, suits.truth_is_wrong)
 
 
 def _to_score(bag: BagReader, topics: Topics, start: float | None, end: float | None) -> list[Span]:

@@ -15,11 +15,11 @@ from fuzzy_fusion_ros.batch.arrays import Flags, Reals, Stamps, nearest
 from fuzzy_fusion_ros.batch.series import Series, Trace, fusion, held_s2, run_economically
 from fuzzy_fusion_ros.core.estimator import S2_ONLY, WAITING
 from fuzzy_fusion_ros.messages.outputs import DEVIATION, RULES
-from fuzzy_fusion_ros.offline.check import check_start, warning_lines
+from fuzzy_fusion_ros.offline.check import check_start
 from fuzzy_fusion_ros.offline.recording import Recording, read_explanation, read_recording
 from fuzzy_fusion_ros.offline.topics import Topics
 from fuzzy_fusion_ros.offline.tracks import Progress, Track
-from fuzzy_fusion_ros.offline.truth import truth_warnings
+from fuzzy_fusion_ros.offline.truth import suitability
 from fuzzy_fusion_ros.online.mode_shares import shares_of
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.scoring.join import gap_time, held, in_gaps, interpolated
@@ -176,9 +176,8 @@ def score_bag(
         if topics.channel:
             recording = _of_channel(recording, topics.channel)
         found = check_start(bag, topics, parameters, start_s, end_s)
-        about_truth = truth_warnings(recording, parameters, found, start_s)
-        notes = (*recording.notes, *warning_lines(found), *about_truth)
-        recording = recording._replace(notes=notes)
+        said = suitability(recording, parameters, found, start_s).lines
+        recording = recording._replace(notes=(*recording.notes, *said))
         behind = read_explanation(bag, topics, start_s, end_s)
     return score(recording, parameters, baselines, behind, start_s)
 

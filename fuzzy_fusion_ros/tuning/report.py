@@ -166,10 +166,18 @@ def outcome(tuned: Tuned, unit: str) -> str:
         + _adaptation(tuned)
         + _limits(tuned)
         + ("" if tuned.parameters.predictor.enabled else "; the predictor would not help")
-        + _gain_over_one_sensor(tuned, u)
-        + _better_filter(tuned, u)
-        + _warning(tuned)
+        + (_WRONG_TRUTH if tuned.truth_is_wrong else _advice(tuned, u))
     )
+
+
+_WRONG_TRUTH = (
+    ". WARNING: a truth does not suit the sensors, so fit and errors mean nothing: correct it and "
+    "tune again, or use --no-truth"
+)
+
+
+def _advice(tuned: Tuned, u: str) -> str:
+    return _gain_over_one_sensor(tuned, u) + _better_filter(tuned, u) + _warning(tuned)
 
 
 def _gain_over_one_sensor(tuned: Tuned, u: str) -> str:

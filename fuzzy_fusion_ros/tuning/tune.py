@@ -142,6 +142,7 @@ class Tuned(NamedTuple):
         baselines: Parameters of the baselines, fitted by the same optimiser.
         baseline_errors: Error of each baseline by its name.
         recordings: How the fit does on each recording, in their order.
+        truth_is_wrong: Whether a truth does not suit the sensors, as far as is known.
     """
 
     sensors: Characteristics
@@ -159,6 +160,7 @@ class Tuned(NamedTuple):
     baselines: BaselineParameters
     baseline_errors: dict[str, float]
     recordings: tuple[OnRecording, ...]
+    truth_is_wrong: bool = False
 
     def on(self, k: int) -> Tuned:
         """Return the result with target and errors of the fusion on the k-th recording alone."""

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from tuning.quick import be_quick
 from fuzzy_fusion_ros.bag import BagWriter
 from fuzzy_fusion_ros.cli import replay, score, tune
 
-SAID = "WARN s1 has the opposite sign of s2 (correlation -"
+SAID = "s1 has the opposite sign of s2 (correlation -"
 COMMANDS: dict[str, tuple[Callable[[Sequence[str]], int], list[str]]] = {
     "replay": (replay.main, ["--output", "new"]),
     "score": (score.main, []),
@@ -66,8 +67,25 @@ def test_a_negated_truth_is_named(
     path = write_scalars(tmp_path / "bag", scalars)
     main, options = COMMANDS[command]
     assert main([str(path), *options]) == 0
-    (said,) = (line for line in capsys.readouterr().err.splitlines() if "WARN" in line)
-    assert "WARN s1 has the opposite sign of the truth (correlation -" in said
+    printed = capsys.readouterr()
+    (said,) = (line for line in printed.err.splitlines() if "WARN" in line)
+    assert "WARN s1 and s2 agree, but the truth has the opposite sign of s2 (correlation -" in said
+    advice = re.findall("WARNING: (.*?)[,:]", printed.out)
+    assert advice == ["a truth does not suit the sensors"] * (command == "tune")
+
+
+@pytest.mark.parametrize("command", ["score", "tune"])
+def test_a_negated_s2_is_named_by_the_truth(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    path = write_scalars(tmp_path / "bag", wavy({"/s2": -1.0}))
+    main, options = COMMANDS[command]
+    assert main([str(path), *options]) == 0
+    printed = capsys.readouterr()
+    (said,) = (line for line in printed.err.splitlines() if "WARN" in line)
+    assert "WARN s1 and the truth agree, but s2 has the opposite sign of the truth (" in said
+    assert said.endswith("; fix: s2.scale: -1")
+    assert "does not suit" not in printed.out
 
 
 @pytest.mark.parametrize(

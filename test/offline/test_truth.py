@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is said of a truth that does not suit the sensors, and of none that does."""
+"""What is said of S1, S2 and a truth that do not suit each other, and nothing of those that do."""
 
 from __future__ import annotations
 
@@ -15,10 +15,12 @@ from fuzzy_fusion_ros.batch.arrays import Reals
 from fuzzy_fusion_ros.offline.check import check_start
 from fuzzy_fusion_ros.offline.recording import read_recording
 from fuzzy_fusion_ros.offline.topics import Topics
-from fuzzy_fusion_ros.offline.truth import truth_warnings
+from fuzzy_fusion_ros.offline.tracks import Track
+from fuzzy_fusion_ros.offline.truth import Suitability, suitability
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
 
+AGREE = "WARN s1 and s2 agree, but"
 BAGS = Path(__file__).resolve().parents[2] / "bags"
 TIME_S = np.arange(3000) * 0.02
 FREQUENCIES = np.array([0.37, 0.83, 1.9])
@@ -37,14 +39,20 @@ def rate(time_s: Reals) -> Reals:
     return found
 
 
-def warned(
+def suited(
     path: Path, changes: dict[str, object] | None = None, start_s: float | None = None
-) -> tuple[str, ...]:
+) -> Suitability:
     parameters = replace(Parameters(), changes or {})
     with open_bag(path) as bag:
         found = check_start(bag, Topics(), parameters)
         recording = read_recording(bag, Topics(), parameters)
-    return truth_warnings(recording, parameters, found, start_s)
+    return suitability(recording, parameters, found, start_s)
+
+
+def warned(
+    path: Path, changes: dict[str, object] | None = None, start_s: float | None = None
+) -> tuple[str, ...]:
+    return suited(path, changes, start_s).lines
 
 
 def recorded(path: Path, truth: Reals, s1: Reals | None = None, s2: Reals | None = None) -> Path:
@@ -71,21 +79,40 @@ def frozen() -> Reals:
 @pytest.mark.parametrize(
     ("truth", "said"),
     [
-        (-signal(TIME_S), "WARN s1 has the opposite sign of the truth (correlation -"),
+        (-signal(TIME_S), f"{AGREE} the truth has the opposite sign of s2 (correlation -"),
         (
             np.degrees(signal(TIME_S)),
-            "WARN s1 reads 0.0175 times what the truth reads: radians against degrees (ratio ",
+            f"{AGREE} the truth reads 57.3 times what s2 reads: degrees against radians (ratio ",
         ),
         (signal(TIME_S - 0.6), "WARN the truth lags s1 by 0.6"),
         (signal(TIME_S + 0.6), "WARN the truth leads s1 by 0.6"),
-        (rate(TIME_S), "WARN the truth is the rate of s1 (correlation "),
+        (rate(TIME_S), f"{AGREE} the truth is the rate of s2 (correlation "),
         (
             frozen(),
             "WARN the truth repeats its last value while s1 and s2 move, once from 30.0 s to "
             "38.0 s: ",
         ),
+        (
+            np.clip(signal(TIME_S), -0.8, 1.0),
+            "WARN the truth saturates at -0.8 and 1: ",
+        ),
+        (
+            signal(0.7 * TIME_S[::-1]),
+            f"{AGREE} the truth and s2 are correlated no better than by chance (correlation ",
+        ),
+        (
+            np.random.default_rng(2).standard_normal(TIME_S.size),
+            f"{AGREE} the truth shows nothing of their motion (correlation ",
+        ),
+        (
+            np.where(TIME_S < 30.0, 1.0, -1.0) * signal(TIME_S),
+            f"{AGREE} the truth has the sign of s2 until 29.9 s and the opposite from 30.0 s on (",
+        ),
     ],
-    ids=["sign", "unit", "lag", "lead", "rate", "frozen"],
+    ids=[
+        *("sign", "unit", "lag", "lead", "rate", "frozen", "saturated", "another", "noise"),
+        "changed",
+    ],
 )
 def test_each_fault_of_a_truth_has_its_line(tmp_path: Path, truth: Reals, said: str) -> None:
     (line,) = warned(recorded(tmp_path / "bag", truth))
@@ -106,7 +133,7 @@ def test_an_s1_that_is_a_rate_is_compared_as_one(tmp_path: Path) -> None:
     changes: dict[str, object] = {"s1.kind": "rate"}
     assert warned(recorded(tmp_path / "right", signal(TIME_S), rate(TIME_S)), changes) == ()
     (line,) = warned(recorded(tmp_path / "wrong", -signal(TIME_S), rate(TIME_S)), changes)
-    assert line.startswith("WARN s1 has the opposite sign of the truth")
+    assert line.startswith(f"{AGREE} the truth has the opposite sign of s2")
 
 
 def test_an_angle_is_compared_across_its_wraps(tmp_path: Path) -> None:
@@ -129,9 +156,72 @@ def test_sensors_and_truth_at_rest_are_no_fault(tmp_path: Path) -> None:
     assert warned(recorded(tmp_path / "bag", frozen(), s1, s2)) == ()
 
 
-def test_a_fault_of_s1_is_not_said_of_the_truth(tmp_path: Path) -> None:
-    """The check of S1 and S2 names it."""
-    assert warned(recorded(tmp_path / "bag", signal(TIME_S), -signal(TIME_S))) == ()
+@pytest.mark.parametrize(
+    ("signs", "said"),
+    [
+        ((-1.0, 1.0, 1.0), "the truth and s2 agree, but s1 has the opposite sign of s2"),
+        ((1.0, -1.0, 1.0), "s1 and the truth agree, but s2 has the opposite sign of the truth"),
+        ((1.0, 1.0, -1.0), "s1 and s2 agree, but the truth has the opposite sign of s2"),
+    ],
+)
+def test_of_three_the_one_that_differs_is_wrong(
+    tmp_path: Path, signs: tuple[float, float, float], said: str
+) -> None:
+    s1, s2, truth = (
+        sign * signal(TIME_S - late) for sign, late in zip(signs, (0.0, 0.2, 0.0), strict=True)
+    )
+    (line,) = warned(recorded(tmp_path / "bag", truth, s1, s2))
+    assert line.startswith(f"WARN {said} (correlation -")
+    remedies = {"s1": "fix: s1.scale: -1", "s2": "fix: s2.scale: -1"}
+    remedy = next((each for name, each in remedies.items() if f"but {name} " in line), None)
+    assert line.endswith(
+        remedy
+        or "fix: give the truth the sign and unit of s1, or choose another topic or field for it"
+    )
+
+
+def test_a_fix_of_s2_multiplies_the_scale_that_is_set(tmp_path: Path) -> None:
+    path = recorded(tmp_path / "bag", signal(TIME_S), s2=0.5 * signal(TIME_S - 0.2))
+    (line,) = warned(path, {"s2.scale": -2.0})
+    assert line.endswith("; fix: s2.scale: 2")
+
+
+def test_every_fault_of_a_truth_is_named(tmp_path: Path) -> None:
+    sign, lag = warned(recorded(tmp_path / "late", -signal(TIME_S - 0.6)))
+    assert sign.startswith(f"{AGREE} the truth has the opposite sign of s2")
+    assert lag.startswith("WARN the truth lags s1 by 0.6")
+    unit, lag = warned(recorded(tmp_path / "degrees", np.degrees(signal(TIME_S - 0.6))))
+    assert unit.startswith(f"{AGREE} the truth reads 57.3 times what s2 reads")
+    assert lag.startswith("WARN the truth lags s1 by 0.6")
+
+
+def test_two_may_be_wrong_in_different_respects(tmp_path: Path) -> None:
+    truth, s2 = np.degrees(signal(TIME_S)), -signal(TIME_S - 0.2)
+    of_s2, of_truth = warned(recorded(tmp_path / "bag", truth, s2=s2))
+    assert of_s2.startswith("WARN s1 and the truth agree, but s2 has the opposite sign of s1 (")
+    assert of_s2.endswith("; fix: s2.scale: -1")
+    assert of_truth.startswith(f"{AGREE} s1 reads 0.0175 times what the truth reads: ")
+
+
+@pytest.mark.parametrize(
+    ("truth", "is_wrong"),
+    [(signal(TIME_S), False), (frozen(), False), (-signal(TIME_S), True)],
+    ids=["right", "frozen", "negated"],
+)
+def test_only_a_truth_that_suits_no_sensor_is_wrong(
+    tmp_path: Path, truth: Reals, is_wrong: bool
+) -> None:
+    assert suited(recorded(tmp_path / "bag", truth)).truth_is_wrong is is_wrong
+
+
+def test_without_a_truth_there_is_what_the_check_says(tmp_path: Path) -> None:
+    path = recorded(tmp_path / "bag", signal(TIME_S), -signal(TIME_S))
+    with open_bag(path) as bag:
+        found = check_start(bag, Topics(), Parameters())
+        recording = read_recording(bag, Topics(), Parameters())
+    none = Track._make(each[:0] for each in recording.truth)
+    (line,) = suitability(recording._replace(truth=none), Parameters(), found).lines
+    assert line.startswith("WARN s1 has the opposite sign of s2 (correlation -")
 
 
 def test_only_what_is_scored_counts(tmp_path: Path) -> None:

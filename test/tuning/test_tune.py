@@ -734,6 +734,17 @@ def test_a_fit_hardly_better_than_a_sensor_alone_is_warned_of(tuned: Tuned) -> N
     )
 
 
+def test_with_a_wrong_truth_no_other_advice_is_given(tuned: Tuned) -> None:
+    errors = {"s1": 1.0, "s2": 0.7, "kalman": 0.1}
+    wrong = tuned._replace(error=0.7, baseline_errors=errors, truth_is_wrong=True)
+    text = outcome(wrong, "m/s")
+    assert text.count("WARNING") == 1
+    assert text.endswith(
+        ". WARNING: a truth does not suit the sensors, so fit and errors mean nothing: correct it "
+        "and tune again, or use --no-truth"
+    )
+
+
 @pytest.mark.parametrize(
     ("correlation", "words"),
     [
