@@ -59,12 +59,22 @@ class Compared(NamedTuple):
             if each.level > Level.INFO and each.about in RESPECTS
         )
 
-    def differences_of_second(self, scale: float) -> list[Finding]:
-        """Return them as if the second one were S1, whose scale is set to ``scale``."""
-        relation = self.found.relation
-        if relation is None:
+    def differences_of(self, name: str, scale: float) -> list[Finding]:
+        """Return them as those of one from the other, as far as they can be put so.
+
+        Args:
+            name: The one.
+            scale: What its scale is set to; a fix multiplies it.
+        """
+        if name == self.first:
             return self.differences
         turned = self._replace(first=self.second, second=self.first)
+        relation = self.found.relation
+        if relation is None:  # true either way, but for how many times one reads the other
+            both = zip(self.differences, turned.differences, strict=True)
+            return [one if " reads " in one.text else other for one, other in both]
+        if self.expected is not Kind.VALUE:
+            return self.differences
         found, _ = pair.judge_relation(
             [relation.turned], Kind.VALUE, scale, only_units=self.only_units
         )
@@ -182,8 +192,7 @@ class Three(NamedTuple):
         (others,) = (each for each in pairs if name not in each[:2])
         for compared in pairs:
             if name in compared[:2] and not set(wrong.values()) >= set(compared[:2]):
-                is_s2 = name == "s2"
-                found = compared.differences_of_second(scale) if is_s2 else compared.differences
+                found = compared.differences_of(name, scale)
                 found = [each for each in found if wrong[each.about] == name]
                 if found:
                     break

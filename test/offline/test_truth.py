@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -186,6 +187,15 @@ def test_a_fix_of_s2_multiplies_the_scale_that_is_set(tmp_path: Path) -> None:
     assert line.endswith("; fix: s2.scale: 2")
 
 
+def test_an_s2_that_changes_is_the_subject(tmp_path: Path) -> None:
+    s2 = np.where(TIME_S < 30.0, 1.0, -1.0) * signal(TIME_S - 0.2)
+    (line,) = warned(recorded(tmp_path / "bag", signal(TIME_S), s2=s2))
+    assert line.startswith("WARN s1 and the truth agree, but s2 has the sign of the truth until ")
+    s2 = np.where(TIME_S < 30.0, 1.0, 4.0) * signal(TIME_S - 0.2)
+    (line,) = warned(recorded(tmp_path / "scale", signal(TIME_S), s2=s2))
+    assert re.search("agree, but the truth reads [.0-9]+ times what s2 reads until", line)
+
+
 def test_every_fault_of_a_truth_is_named(tmp_path: Path) -> None:
     sign, lag = warned(recorded(tmp_path / "late", -signal(TIME_S - 0.6)))
     assert sign.startswith(f"{AGREE} the truth has the opposite sign of s2")
@@ -200,7 +210,7 @@ def test_two_may_be_wrong_in_different_respects(tmp_path: Path) -> None:
     of_s2, of_truth = warned(recorded(tmp_path / "bag", truth, s2=s2))
     assert of_s2.startswith("WARN s1 and the truth agree, but s2 has the opposite sign of s1 (")
     assert of_s2.endswith("; fix: s2.scale: -1")
-    assert of_truth.startswith(f"{AGREE} s1 reads 0.0175 times what the truth reads: ")
+    assert of_truth.startswith(f"{AGREE} the truth reads 57.3 times what s1 reads: ")
 
 
 @pytest.mark.parametrize(
