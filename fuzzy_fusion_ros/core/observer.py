@@ -71,6 +71,10 @@ STEEPEST = 1e15
 """No standard deviation of a slope grows by more at a time, in those of S2's noise per second: its
 square stays finite, and times may be in microseconds."""
 
+LOST = 100.0
+"""Standard deviation of where S2 leads after a gap, at most, in those of S2's noise: the next
+sample of S2 then sets the estimate, and a variance that is not much larger keeps its digits."""
+
 LEAST_BELIEF = 1e-6
 """A sample of S2 is trusted at least this much, whatever W1."""
 
@@ -264,7 +268,7 @@ def started(
         if parameters.s1.is_rate:
             behind = max(seconds_between(s2.stamp_ns, s1.stamp_ns), 0.0) + lag + delay
             moved = bounded(s2.rate * behind)
-            doubted = variance_of(moved, usual, parameters.s2.noise)
+            doubted = doubt_in(moved, usual, parameters.s2.noise)
             covariance = raised(covariance, doubted)
             if s2.stamp_ns != s2_ns:
                 covariance = of_bias(1.0 + doubted, 0.0, covariance.bb)
@@ -293,18 +297,18 @@ def started(
     )
 
 
-def variance_of(error: float, usual: float, noise: float) -> float:
-    """Return the square of an error in those of S2's noise; ``UNKNOWN`` where that is not known.
+def doubt_in(moved: float, usual: float, noise: float) -> float:
+    """Return the variance of where S2 leads, in squares of S2's noise.
 
     Args:
-        error: Unit of the signal.
+        moved: How far that is from what S2 has shown, unit of the signal.
         usual: As for :func:`believe`.
         noise: Of S2, unit of the signal; counts where nothing is usual yet.
     """
     scatter = usual if usual > 0.0 else noise * noise
     if scatter <= 0.0:
-        return UNKNOWN * UNKNOWN
-    return min(error * error / scatter, UNKNOWN * UNKNOWN)
+        return LOST * LOST
+    return min(moved * moved / scatter, LOST * LOST)
 
 
 def believe(

@@ -26,7 +26,7 @@ from fuzzy_fusion_ros.core.estimator import (
     without_s1,
 )
 from fuzzy_fusion_ros.core.model import no_states
-from fuzzy_fusion_ros.core.observer import LASTING, LONGEST, moved_on, no_belief
+from fuzzy_fusion_ros.core.observer import LASTING, LONGEST, LOST, moved_on, no_belief
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import flatten, replace
 
@@ -362,6 +362,23 @@ def test_a_gap_of_s1_keeps_the_bias_and_restarts_the_model_of_s2() -> None:
     said, state = update(lagging, state, late_ns, 7.5)
     assert said.value == pytest.approx(7.0, abs=0.05)
     assert state.sensors.belief.states.shown.lagged == 7.5
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-6, 0.1])
+def test_after_a_gap_of_a_rate_its_integral_is_little_known(noise: float) -> None:
+    """By how far S2 leads, but for a variance in which rounding would show afterwards."""
+    parameters = replace(LEARNING, {"s1.kind": "rate", "s2.noise": noise})
+    line = [0.01 * k for k in range(100)]
+    _, state = fed(parameters, line, line)
+    for k in range(100, 300):
+        state = observe_s2(parameters, state, SECOND + k * STEP, 0.01 * k)
+    known = state.sensors.belief.covariance.cc
+    estimate, state = update(parameters, state, SECOND + 349 * STEP, 2.5)
+    belief = state.sensors.belief
+    assert estimate.value == pytest.approx(3.49, abs=0.01)  # where S2 leads
+    assert known < belief.covariance.cc <= 1.0 + LOST * LOST
+    if noise == 0.1:
+        assert belief.covariance.cc > 1.0 + 0.2  # squares of the noise: it may be 0.5 behind
 
 
 def test_the_delay_does_not_reach_across_a_gap_of_s1() -> None:
