@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from typing import Protocol
 
+from fuzzy_fusion_ros.core.conditioning import LONGEST_SPIKE
 from fuzzy_fusion_ros.core.numerics import bounded, seconds_between
 from fuzzy_fusion_ros.core.periodic import nearest
 from fuzzy_fusion_ros.core.sample import Sample
@@ -86,7 +87,8 @@ class Unwrapped:
     """Angles: each sample is the one nearest to where its line should be.
 
     S1 should be where it was: it is fast. S2 should have moved as S1 has, and so should S1 as S2
-    after a silence.
+    after a silence. A spike of S1 says nothing of the turn of the samples after it: two in a row
+    would add one, and all that follow would be spikes, a turn away.
     """
 
     def __init__(self, parameters: Parameters) -> None:
@@ -94,6 +96,7 @@ class Unwrapped:
         self._s1 = _S1Line()
         self._s2: float | None = None
         self._s1_at_s2: float | None = None
+        self._spikes = 0
 
     def on_s1(self, sample: Sample) -> Sample | None:
         """Unwrap it."""
@@ -103,6 +106,8 @@ class Unwrapped:
             expected = 0.0 if self._s2 is None else self._s2
         elif is_gap:
             expected = self._followed(expected)
+        elif self._is_spike(value := self._near(sample.value, expected), expected):
+            return sample._replace(value=bounded(value))
         return self._on_line(sample, self._near(sample.value, expected))
 
     def on_s2(self, sample: Sample) -> Sample:
@@ -121,6 +126,14 @@ class Unwrapped:
             return s1
         self._s1_at_s2 = s1 + self._s1.moved(self._s2)
         return self._s1_at_s2
+
+    def _is_spike(self, value: float, expected: float) -> bool:
+        """Return whether a sample is too far from where S1 was, unless so were many before it."""
+        if not abs(value - expected) > self.parameters.s1.spike_threshold > 0.0:
+            self._spikes = 0
+            return False
+        self._spikes = (self._spikes + 1) % (LONGEST_SPIKE + 1)
+        return self._spikes > 0
 
     def _on_line(self, sample: Sample, value: float) -> Sample:
         self._s1.value, self._s1.s2 = bounded(value), self._s2

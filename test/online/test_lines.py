@@ -99,6 +99,22 @@ def test_a_heading_that_turns_is_fused_as_if_it_did_not_wrap(
     assert np.abs(arrays.nearest(found - line, 0.0, TURN)).max() < 1e-9
 
 
+def test_spikes_that_are_rejected_add_no_turns() -> None:
+    """Two in a row can, and then all that follow are a turn away from where S1 was."""
+    chosen = {**CONDITIONED, "s1.spike_threshold": 0.5, "s2.delay": 0.3, "s2.noise": 0.02}
+    rng = np.random.default_rng(1)
+    is_spike = rng.random(5000) < 0.1
+    spikes = np.where(is_spike, rng.uniform(-math.pi, math.pi, 5000), 0.0)
+    line = [
+        (stamp_ns, name, value + (float(spikes[k]) if name == "s1" else 0.0))
+        for k, (stamp_ns, name, value) in enumerate(rows(3.0, 60.0, wraps=False))
+    ]
+    wrapped = [(stamp_ns, name, nearest(value, 0.0, TURN)) for stamp_ns, name, value in line]
+    found = estimates(wrapped, parameters(**chosen))
+    expected = estimates(line, parameters(0.0, **chosen))
+    assert np.abs(arrays.nearest(found - expected, 0.0, TURN)).max() < 1e-9
+
+
 @pytest.mark.parametrize("silent", ["s1", "s2"])
 def test_after_a_silence_of_several_turns_the_sensors_agree_again(silent: str) -> None:
     def heard(wraps: bool) -> list[Row]:
