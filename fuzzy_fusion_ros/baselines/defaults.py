@@ -16,6 +16,7 @@ from fuzzy_fusion_ros.baselines.parameters import (
     KalmanParameters,
 )
 from fuzzy_fusion_ros.batch.arrays import Reals, root_mean_square, white_noise
+from fuzzy_fusion_ros.batch.bursts import bursts_of
 from fuzzy_fusion_ros.batch.cleaning import without_noise, without_spikes
 from fuzzy_fusion_ros.batch.lag import TRUSTED, Lag, lag_of, read_through
 from fuzzy_fusion_ros.batch.series import Series, seconds
@@ -126,7 +127,7 @@ def _shown(series: Series) -> _Shown:
     span = float(s2_s[-1] - s2_s[0])
     period = span / (series.s2.size - 1)
     s1 = without_spikes(series.s1)[0]
-    clean = without_noise(s1_s, s1, float(np.median(np.diff(s2_s))))
+    clean = without_noise(s1_s, s1, bursts_of(s2_s).interval)
     lag = lag_of(s1_s, clean, s2_s, series.s2)
     if lag.correlation < TRUSTED:
         lag = Lag(0.0, 0.0, lag.correlation)

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals
+from fuzzy_fusion_ros.batch.bursts import bursts_of
 from fuzzy_fusion_ros.batch.smoothing import lagged
 
 LONGEST = 5.0
@@ -143,7 +144,7 @@ def _lag_up_to(
     longest: float, s1_s: Reals, s1: Reals, s2_s: Reals, s2: Reals, clipped: bool
 ) -> Lag:
     shortest = float(np.median(np.diff(s1_s)))
-    interval = float(np.median(np.diff(s2_s)))
+    interval = bursts_of(s2_s).interval
     grid = np.geomspace(max(shortest / 2.0, longest / 500.0), max(longest, shortest), GRID)
     factor = float((grid[-1] / grid[0]) ** (1.0 / (GRID - 1)))
     strides = {1, max(1, min(round(CHANGES_OVER * longest / interval), s2.size // 4))}

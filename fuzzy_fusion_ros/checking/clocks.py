@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fuzzy_fusion_ros.batch.arrays import Reals, seconds_since
+from fuzzy_fusion_ros.batch.bursts import bursts_of
 from fuzzy_fusion_ros.checking.finding import Finding, Level
 from fuzzy_fusion_ros.checking.samples import SensorSamples
 from fuzzy_fusion_ros.checking.stamps import STEP, ClockStep, deliveries
@@ -187,10 +188,10 @@ def _apart(behind: float, since: str = "") -> Finding:
 def _late(behind: float, s1: Stamped, s2: Stamped) -> Finding:
     late, other = (s2, s1) if behind > 0.0 else (s1, s2)
     name, stamps_ns = late.samples.name, late.samples.stamps_ns
-    interval = float(np.median(np.diff(stamps_ns))) * 1e-9 if stamps_ns.size > 1 else 0.0
+    pause = bursts_of(seconds_since(int(stamps_ns[0]), np.unique(stamps_ns))).period
     text = (
         f"messages of {name} arrive {duration(late.delivery)} after their timestamps, those of "
         f"{other.samples.name} {duration(max(other.delivery, 0.0))}; {name}.timeout, if it is set, "
-        f"must be longer than {duration(late.delivery + LOST_AFTER * interval)}"
+        f"must be longer than {duration(late.delivery + LOST_AFTER * pause)}"
     )
     return Finding(Level.INFO, "late delivery", text, {})

@@ -36,6 +36,16 @@ def test_a_second_order_lag_counts_with_both_its_time_constants() -> None:
     assert lag_of(S1_S, s1, s2_s, s2).total == pytest.approx(0.8, abs=0.08)
 
 
+@pytest.mark.parametrize(("size", "apart"), [(2, 0.005), (2, 0.04), (5, 0.001)])
+def test_bursts_of_s2_do_not_hide_it(size: int, apart: float) -> None:
+    s2_s = np.add.outer(np.arange(1.0, 118.0, 0.5), apart * np.arange(size)).ravel()
+    noise = 0.01 * np.random.default_rng(1).standard_normal(s2_s.size)
+    s2 = read_through(Lag(0.4, 0.0, 1.0), S1_S, motion(), s2_s) + noise
+    found = lag_of(S1_S, motion(), s2_s, s2)
+    assert found.total == pytest.approx(0.4, abs=0.02)
+    assert found.correlation > 0.99
+
+
 def test_wild_samples_of_s2_do_not_hide_it() -> None:
     s1, s2_s = motion(), np.arange(1.0, 119.0, 0.2)
     generator = np.random.default_rng(1)
