@@ -183,7 +183,7 @@ def _read_one_by_one(
             why = "; ".join(reader.notes()) or "no message in this span"
             raise BagError(f"bag {str(bag.path)!r}: no usable message on {reader.topic}: {why}")
     tracks = {role: reader.track() for role, reader in readers.items()}
-    return Samples(tracks, steps.series(intake.s1.first_ns)), intake.clock_problem(), notes
+    return Samples(tracks, steps.series(intake.started_ns)), intake.clock_problem(), notes
 
 
 def read_explanation(

@@ -171,7 +171,7 @@ class Fusion:
             self.restarts += 1
             self._clear()
         if self._state.started_ns == 0:
-            self._state = self._state._replace(started_ns=self.s1.first_ns)
+            self._state = self._state._replace(started_ns=self._intake.started_ns)
         for step in verdict.steps:
             verdict.estimates += self._do(step)
         return verdict

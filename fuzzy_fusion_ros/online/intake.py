@@ -10,7 +10,7 @@ from fuzzy_fusion_ros.online.clocks import clock_problem
 from fuzzy_fusion_ros.online.guard import Drop, Guard
 from fuzzy_fusion_ros.online.lines import lines_for
 from fuzzy_fusion_ros.online.timeline import Admission, Timeline
-from fuzzy_fusion_ros.online.trigger import NOTHING, Step, trigger_for
+from fuzzy_fusion_ros.online.trigger import Step, trigger_for
 from fuzzy_fusion_ros.online.verdict import Verdict
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 
@@ -62,6 +62,14 @@ class Intake:
         """Take a tick of the timer, for ``trigger: timer``."""
         return Verdict(steps=(self._trigger.on_tick(),))
 
+    @property
+    def started_ns(self) -> int:
+        """Stamp from which on S2 is awaited: of the first sample of S1, of a rate that of S2.
+
+        Nanoseconds; 0 before it. Without S2, a rate says nothing.
+        """
+        return (self.s2 if self._parameters.s1.is_rate else self.s1).first_ns
+
     def is_settled(self) -> bool:
         """Return whether no sample is held, so that the next one is judged alone."""
         return self._timeline.is_settled
@@ -99,27 +107,34 @@ class Intake:
             self._clear()
         steps: tuple[Step, ...] = ()
         for guard, sample in admitted:
-            steps += (self._step(guard, sample),)
-        return Verdict(len(steps), drop, restarted, steps)
+            steps += self._of_s1(sample) if guard is self.s1 else self._of_s2(sample)
+        return Verdict(len(admitted), drop, restarted, steps)
 
     def _clear(self) -> None:
         self.newest_s2 = None
         self._trigger = trigger_for(self._parameters)
         self._lines = lines_for(self._parameters)
 
-    def _step(self, guard: Guard, sample: Sample) -> Step:
-        if guard is self.s1:
-            on_line = self._lines.on_s1(sample)
-            step = NOTHING if on_line is None else self._trigger.on_s1(on_line)
-        else:
-            self.newest_s2 = sample
-            step = self._trigger.on_s2(self._lines.on_s2(sample))
-        s2, s1, unpaired_s1, unpaired_s2, _ = step
-        if unpaired_s1 or unpaired_s2:
-            self.s1.drop(Drop.UNPAIRED, unpaired_s1)
-            self.s2.drop(Drop.UNPAIRED, unpaired_s2)
-        if s2 is not None and s1 is None and self._s1_is_lost(s2.stamp_ns):
-            return step._replace(s2_alone=True)
+    def _of_s1(self, sample: Sample) -> tuple[Step, ...]:
+        on_line = self._lines.on_s1(sample)
+        return () if on_line is None else (self._counted(self._trigger.on_s1(on_line)),)
+
+    def _of_s2(self, sample: Sample) -> tuple[Step, ...]:
+        is_first, self.newest_s2 = self.newest_s2 is None, sample
+        on_line = self._lines.on_s2(sample)
+        early: tuple[Step, ...] = ()
+        if is_first:
+            early = tuple(self._counted(self._trigger.on_s1(each)) for each in self._lines.early())
+        step = self._counted(self._trigger.on_s2(on_line))
+        if step.s2 is not None and step.s1 is None and self._s1_is_lost(step.s2.stamp_ns):
+            step = step._replace(s2_alone=True)
+        return (*early, step)
+
+    def _counted(self, step: Step) -> Step:
+        """Count the samples that are given up on with a step."""
+        if step.unpaired_s1 or step.unpaired_s2:
+            self.s1.drop(Drop.UNPAIRED, step.unpaired_s1)
+            self.s2.drop(Drop.UNPAIRED, step.unpaired_s2)
         return step
 
     def _s1_is_lost(self, stamp_ns: int) -> bool:

@@ -8,6 +8,8 @@ samples alone, in the order in which they are admitted.
 from __future__ import annotations
 
 import math
+from collections import deque
+from collections.abc import Sequence
 from typing import Protocol
 
 from fuzzy_fusion_ros.core.conditioning import LONGEST_SPIKE
@@ -16,6 +18,9 @@ from fuzzy_fusion_ros.core.periodic import nearest
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.core.silence import S1_TIMEOUT, followed, timeout_for
 from fuzzy_fusion_ros.parameters.fusion import Parameters
+
+EARLY = 1000
+"""Samples of a rate that are kept until S2 speaks, the newest: enough for the delay of S2."""
 
 
 class Lines(Protocol):
@@ -33,6 +38,9 @@ class Lines(Protocol):
     def on_s2(self, sample: Sample) -> Sample:
         """Return an admitted sample of S2 on its line."""
 
+    def early(self) -> Sequence[Sample]:
+        """Return the samples of S1 that had no line before the first sample of S2, on it."""
+
 
 class AsTheyAre:
     """Samples of values that do not wrap."""
@@ -47,6 +55,10 @@ class AsTheyAre:
     def on_s2(self, sample: Sample) -> Sample:
         """Return it."""
         return sample
+
+    def early(self) -> Sequence[Sample]:
+        """Return nothing."""
+        return ()
 
 
 class _S1Line:
@@ -120,6 +132,10 @@ class Unwrapped:
         self._s2, self._s1_at_s2 = self._near(sample.value, expected), s1
         return sample._replace(value=self._s2)
 
+    def early(self) -> Sequence[Sample]:
+        """Return nothing."""
+        return ()
+
     def _followed(self, s1: float) -> float:
         """Return where S1 is after a silence if it has moved as S2 has."""
         if self._s1.s2 == self._s2:
@@ -144,25 +160,57 @@ class Unwrapped:
 
 
 class Integrated(Unwrapped):
-    """A rate: its trapezoidal integral, which starts at the first sample of S2.
+    """A rate: its trapezoidal integral, which passes through the first sample of S2.
 
-    Over a silence beyond the timeout nothing is integrated: it moves as S2 has. Without a sample of
-    S2 there is no line. An angle that moves by more than a turn from one sample to the next has
-    moved by garbage: whole turns of it are left out, or else S2, which is placed by how S1 has
-    moved, would be these turns away from S1 as the observer sees it, delayed.
+    Over a silence beyond the timeout nothing is integrated: it moves as S2 has. Before a sample of
+    S2 there is no line, but what S1 has measured is kept, since S2 is behind it. An angle that
+    moves by more than a turn from one sample to the next has moved by garbage: whole turns of it
+    are left out, or else S2, which is placed by how S1 has moved, would be these turns away from S1
+    as the observer sees it, delayed.
     """
+
+    def __init__(self, parameters: Parameters) -> None:
+        super().__init__(parameters)
+        self._early: deque[Sample] = deque(maxlen=EARLY)
 
     def on_s1(self, sample: Sample) -> Sample | None:
         """Integrate it."""
         dt = self._s1.step(sample.stamp_ns, self.parameters.s1.timeout)
         mean = self._s1.mean_rate(sample.value)
         if self._s2 is None:
+            self._keep(sample, dt, mean)
             return None
         if self._s1.value is None:
             return self._on_line(sample, self._s2)
         if math.isinf(dt):
             return self._on_line(sample, self._followed(self._s1.value))
         return self._on_line(sample, self._s1.value + self._within_a_turn(dt * mean))
+
+    def on_s2(self, sample: Sample) -> Sample:
+        """Unwrap it; the first one sets where the line is."""
+        on_line = super().on_s2(sample)
+        if self._early and self._s1.value is None:
+            before = [each for each in self._early if each.stamp_ns <= sample.stamp_ns]
+            at_s2 = before[-1] if before else self._early[0]
+            offset = on_line.value - at_s2.value
+            shifted = [self._on_line(each, each.value + offset) for each in self._early]
+            self._early = deque(shifted)
+            self._s1_at_s2 = self._s1.value
+        return on_line
+
+    def early(self) -> Sequence[Sample]:
+        """Return the samples of S1 before the first of S2, the oldest first."""
+        early, self._early = tuple(self._early), deque()
+        return early
+
+    def _keep(self, sample: Sample, dt: float, mean: float) -> None:
+        """Integrate from 0 until there is a line."""
+        if math.isinf(dt):
+            self._early.clear()
+        value = 0.0
+        if self._early:
+            value = bounded(self._early[-1].value + self._within_a_turn(dt * mean))
+        self._early.append(sample._replace(value=value))
 
     def _within_a_turn(self, step: float) -> float:
         period = self.parameters.signal.period

@@ -15,7 +15,7 @@ from fuzzy_fusion_ros.batch import arrays
 from fuzzy_fusion_ros.core.periodic import nearest
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.online.fusion import Fusion
-from fuzzy_fusion_ros.online.lines import Integrated
+from fuzzy_fusion_ros.online.lines import EARLY, Integrated
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
 
@@ -192,9 +192,50 @@ def test_a_rate_has_no_value_before_s2_has_spoken() -> None:
     for k in range(1000):
         verdict = fusion.on_s1(Sample(SECOND + k * SECOND // 50, 1.0))
         assert (verdict.admitted, verdict.estimates) == (1, ())
-    fusion.on_s2(Sample(SECOND + 20 * SECOND, 5.0))
+    assert fusion.on_s2(Sample(SECOND + 20 * SECOND, 5.0)).estimates == ()
     (fused,) = fusion.on_s1(Sample(SECOND + 20 * SECOND, 1.0)).estimates
-    assert fused.estimate.value == pytest.approx(5.0)
+    assert fused.estimate.value == pytest.approx(5.0, abs=0.02)  # S1 moves by that much a sample
+
+
+@pytest.mark.parametrize("period", [0.0, TURN])
+@pytest.mark.parametrize("trigger", ["s1", "pair"])
+def test_what_a_rate_has_measured_before_s2_counts(period: float, trigger: str) -> None:
+    """S2 is behind, so its first sample says where S1 was before."""
+    chosen = parameters(
+        period,
+        trigger=trigger,
+        **{"s1.bias_time_constant": 2.0, "s2.delay": 0.4, "s2.lag_time_constant": 0.1},
+    )
+    rates, values = (
+        [each for each in some if each[1] == "s1" or each[0] > 2 * SECOND]
+        for some in rate_rows(wraps=period > 0.0)
+    )
+    place = next(k for k, each in enumerate(values) if each[1] == "s2")
+    offset = values[place][2] - values[place - 1][2]
+    values = [(ns, name, value + offset * (name == "s1")) for ns, name, value in values]
+    found = estimates(rates, replace(chosen, {"s1.kind": "rate"}))
+    assert found.size == (340 if trigger == "s1" else 34)
+    assert np.abs(arrays.nearest(found - estimates(values, chosen), 0.0, TURN)).max() < 1e-9
+
+
+def test_what_a_rate_has_measured_before_a_gap_does_not() -> None:
+    lines = Integrated(parameters(0.0, **{"s1.kind": "rate"}))
+    for k in (*range(100), *range(300, 310)):
+        assert lines.on_s1(Sample(SECOND + k * SECOND // 50, 1.0)) is None
+    lines.on_s2(Sample(SECOND + 309 * SECOND // 50, 5.0))
+    early = lines.early()
+    assert [each.value for each in early] == pytest.approx([5.0 + 0.02 * k for k in range(-9, 1)])
+    assert lines.early() == ()
+
+
+def test_of_a_rate_that_waits_for_long_only_the_newest_samples_are_kept() -> None:
+    lines = Integrated(parameters(0.0, **{"s1.kind": "rate"}))
+    for k in range(2 * EARLY):
+        lines.on_s1(Sample(SECOND + k * SECOND // 50, 1.0))
+    lines.on_s2(Sample(SECOND + 2 * EARLY * SECOND // 50, 5.0))
+    early = lines.early()
+    assert len(early) == EARLY
+    assert early[-1].value == pytest.approx(5.0)
 
 
 def test_over_a_gap_a_rate_moves_as_s2_has() -> None:

@@ -29,6 +29,7 @@ SILENT = {
     "s2 for 6 s": (NEVER, (7.0, 13.0)),
     "s2 at the start": (NEVER, (0.0, 8.0)),
 }
+RATE: dict[str, object] = {"s1.kind": "rate", "s1.bias_time_constant": 2.0, "s2.delay": 0.1}
 SHORT = {"s1.timeout": 1.0, "s2.timeout": 1.0}
 
 
@@ -63,10 +64,12 @@ def held_s2(found: list[Scalar], times_s: Reals) -> Reals:
     return np.array([[value for at_s, value in s2 if at_s <= t + 1e-6][-1] for t in times_s])
 
 
-@pytest.mark.parametrize("trigger", ["s1", "timer"])
+@pytest.mark.parametrize("given", [{}, {"trigger": "timer"}, RATE])
 @pytest.mark.parametrize("silent", SILENT)
-def test_a_score_is_that_after_a_replay(tmp_path: Path, trigger: str, silent: str) -> None:
-    parameters = replace(Parameters(), {"trigger": trigger, **SHORT})
+def test_a_score_is_that_after_a_replay(
+    tmp_path: Path, given: dict[str, object], silent: str
+) -> None:
+    parameters = replace(Parameters(), {**given, **SHORT})
     raw, replayed = both(tmp_path, scalars(*SILENT[silent]), parameters)
     assert raw.matched == replayed.matched > 400
     for name in raw.values:
