@@ -13,7 +13,9 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from fuzzy_fusion_ros.core.conditioning import LONGEST_SPIKE
+from fuzzy_fusion_ros.core.delay_line import delayed, empty_line, extended
 from fuzzy_fusion_ros.core.numerics import bounded, seconds_between
+from fuzzy_fusion_ros.core.observer import LASTING
 from fuzzy_fusion_ros.core.periodic import nearest
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.core.silence import S1_TIMEOUT, followed, timeout_for
@@ -21,6 +23,9 @@ from fuzzy_fusion_ros.parameters.fusion import Parameters
 
 EARLY = 1000
 """Samples of a rate that are kept until S2 speaks, the newest: enough for the delay of S2."""
+
+DOUBTFUL = 0.25
+"""A sample of S2 further than this share of a turn from where S1 has moved since is doubtful."""
 
 
 class Lines(Protocol):
@@ -67,22 +72,23 @@ class _S1Line:
     Attributes:
         value: The newest sample on its line; None before the first.
         s2: S2 on its line at that time; None before its first.
+        stamp_ns: Stamp of the newest sample, 0 before the first.
     """
 
     def __init__(self) -> None:
         self.value: float | None = None
         self.s2: float | None = None
-        self._stamp_ns = 0
+        self.stamp_ns = 0
         self._interval = 0.0
         self._rate = 0.0
 
     def step(self, stamp_ns: int, timeout: float) -> float:
         """Return the seconds since the last sample; infinite after a silence beyond the timeout."""
-        dt = seconds_between(self._stamp_ns, stamp_ns)
+        dt = seconds_between(self.stamp_ns, stamp_ns)
         is_gap = dt > timeout_for(timeout, S1_TIMEOUT, self._interval)
-        if self._stamp_ns:
+        if self.stamp_ns:
             self._interval = followed(self._interval, dt)
-        self._stamp_ns = stamp_ns
+        self.stamp_ns = stamp_ns
         return math.inf if is_gap else dt
 
     def mean_rate(self, rate: float) -> float:
@@ -100,18 +106,24 @@ class Unwrapped:
 
     S1 should be where it was: it is fast. S2 should have moved as S1 has, and so should S1 as S2
     after a silence. A spike of S1 says nothing of the turn of the samples after it: two in a row
-    would add one, and all that follow would be spikes, a turn away.
+    would add one, and all that follow would be spikes, a turn away. Nor does a sample of S2 that is
+    not where S1's motion has brought it, unless several agree.
     """
 
     def __init__(self, parameters: Parameters) -> None:
         self.parameters = parameters
         self._s1 = _S1Line()
         self._s2: float | None = None
-        self._s1_at_s2: float | None = None
+        self._credible: float | None = None  # the newest of S2 by which the next is placed
+        self._s1_at_s2: float | None = None  # and S1 at it
         self._spikes = 0
+        self._moved = False
+        self._off, self._doubts = 0.0, 0
+        self._past = empty_line()
 
     def on_s1(self, sample: Sample) -> Sample | None:
         """Unwrap it."""
+        self._moved = True
         is_gap = math.isinf(self._s1.step(sample.stamp_ns, self.parameters.s1.timeout))
         expected = self._s1.value
         if expected is None:
@@ -124,12 +136,14 @@ class Unwrapped:
 
     def on_s2(self, sample: Sample) -> Sample:
         """Unwrap it."""
-        s1, expected = self._s1.value, self._s2
+        s1, expected = self._s1_shown(sample.stamp_ns), self._credible
         if expected is None:
             expected = 0.0 if s1 is None else s1
         elif s1 is not None and self._s1_at_s2 is not None:
             expected += s1 - self._s1_at_s2
-        self._s2, self._s1_at_s2 = self._near(sample.value, expected), s1
+        self._s2 = self._near(sample.value, expected)
+        if self._credible is None or not self._is_doubtful(self._s2 - expected):
+            self._credible, self._s1_at_s2 = self._s2, s1
         return sample._replace(value=self._s2)
 
     def early(self) -> Sequence[Sample]:
@@ -140,8 +154,9 @@ class Unwrapped:
         """Return where S1 is after a silence if it has moved as S2 has."""
         if self._s1.s2 == self._s2:
             return s1
-        self._s1_at_s2 = s1 + self._s1.moved(self._s2)
-        return self._s1_at_s2
+        moved = s1 + self._s1.moved(self._s2)
+        self._credible, self._s1_at_s2, self._past = self._s2, moved, empty_line()
+        return moved
 
     def _is_spike(self, value: float, expected: float) -> bool:
         """Return whether a sample is too far from where S1 was, unless so were many before it."""
@@ -151,9 +166,38 @@ class Unwrapped:
         self._spikes = (self._spikes + 1) % (LONGEST_SPIKE + 1)
         return self._spikes > 0
 
+    def _is_doubtful(self, off: float) -> bool:
+        """Return whether a sample of S2 is too far from where S1 has moved, unless several agree.
+
+        Args:
+            off: How far.
+        """
+        limit = DOUBTFUL * self.parameters.signal.period
+        has_moved, self._moved = self._moved, False
+        if not (abs(off) > limit > 0.0 and has_moved):
+            self._doubts = 0
+            return False
+        agrees = self._doubts > 0 and abs(off - self._off) <= limit
+        self._off, self._doubts = off, self._doubts + 1 if agrees else 1
+        return self._doubts < LASTING
+
     def _on_line(self, sample: Sample, value: float) -> Sample:
         self._s1.value, self._s1.s2 = bounded(value), self._s2
+        if self.parameters.signal.period > 0.0 and self._behind > 0.0:
+            self._past = extended(self._past, sample.stamp_ns, self._s1.value, self._behind)
         return sample._replace(value=self._s1.value)
+
+    @property
+    def _behind(self) -> float:
+        """How old what S2 shows is, seconds."""
+        s2 = self.parameters.s2
+        return s2.delay + s2.lag_time_constant
+
+    def _s1_shown(self, stamp_ns: int) -> float | None:
+        """Return where S1 was at what a sample of S2 shows; None before its first sample."""
+        if self._s1.value is None:
+            return None
+        return delayed(self._past, self._s1.stamp_ns, self._s1.value, stamp_ns, self._behind)
 
     def _near(self, value: float, expected: float) -> float:
         return nearest(value, expected, self.parameters.signal.period)
@@ -175,6 +219,7 @@ class Integrated(Unwrapped):
 
     def on_s1(self, sample: Sample) -> Sample | None:
         """Integrate it."""
+        self._moved = True
         dt = self._s1.step(sample.stamp_ns, self.parameters.s1.timeout)
         mean = self._s1.mean_rate(sample.value)
         if self._s2 is None:
@@ -195,7 +240,7 @@ class Integrated(Unwrapped):
             offset = on_line.value - at_s2.value
             shifted = [self._on_line(each, each.value + offset) for each in self._early]
             self._early = deque(shifted)
-            self._s1_at_s2 = self._s1.value
+            self._s1_at_s2 = self._s1_shown(sample.stamp_ns)
         return on_line
 
     def early(self) -> Sequence[Sample]:

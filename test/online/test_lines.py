@@ -115,6 +115,45 @@ def test_spikes_that_are_rejected_add_no_turns() -> None:
     assert np.abs(arrays.nearest(found - expected, 0.0, TURN)).max() < 1e-9
 
 
+def test_outliers_of_s2_add_no_turns() -> None:
+    chosen = {**CONDITIONED, "s2.outlier_threshold": 4.0, "s2.noise": 0.05}
+    rng = np.random.default_rng(1)
+    is_outlier = rng.random(20_000) < 0.1
+    outliers = np.where(is_outlier, rng.uniform(-2.8, 2.8, 20_000), 0.0)
+    line = [
+        (stamp_ns, name, value + (float(outliers[k]) if name == "s2" else 0.0))
+        for k, (stamp_ns, name, value) in enumerate(rows(3.0, 120.0, wraps=False))
+    ]
+    wrapped = [(stamp_ns, name, nearest(value, 0.0, TURN)) for stamp_ns, name, value in line]
+    found = estimates(wrapped, parameters(**chosen))
+    expected = estimates(line, parameters(0.0, **chosen))
+    assert np.abs(arrays.nearest(found - expected, 0.0, TURN)).max() < 1e-9
+
+
+@pytest.mark.parametrize("kind", ["value", "rate"])
+def test_s2_is_placed_by_where_s1_was_when_it_was_measured(kind: str) -> None:
+    """It swings by more than half a turn within its age of 0.6 s and from one to the next."""
+    changes = {"s1.kind": kind, "s1.bias_time_constant": 3.0, "s2.delay": 0.6, "s2.noise": 0.05}
+    found = []
+    for period in (TURN, 0.0):
+        said, fusion = [], Fusion(parameters(period, **changes))
+        for k in range(4000):
+            time_s, stamp_ns = 0.02 * k, SECOND + k * 20_000_000
+            heading, late = (3.0 * math.sin(2.0 * at) for at in (time_s, time_s - 0.6))
+            s1 = heading + 0.1 if kind == "value" else 6.0 * math.cos(2.0 * time_s)
+            if period > 0.0:
+                late = nearest(late, 0.0, TURN)
+                s1 = nearest(s1, 0.0, TURN) if kind == "value" else s1
+            if k % 50 == 0:
+                fusion.on_s2(Sample(stamp_ns, late))
+            verdict = fusion.on_s1(Sample(stamp_ns, s1))
+            said += [each.estimate.value - heading for each in verdict.estimates]
+        found.append(arrays.nearest(np.array(said), 0.0, TURN))
+    settled = slice(2500, None)  # at first there is no past of S1
+    assert np.abs(found[0] - found[1])[settled].max() < 1e-6
+    assert np.abs(found[0][settled]).max() < 0.3
+
+
 @pytest.mark.parametrize("silent", ["s1", "s2"])
 def test_after_a_silence_of_several_turns_the_sensors_agree_again(silent: str) -> None:
     def heard(wraps: bool) -> list[Row]:
