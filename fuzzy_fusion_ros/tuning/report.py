@@ -209,9 +209,14 @@ def _better_filter(tuned: Tuned, u: str) -> str:
 
 def _alone(tuned: Tuned, u: str) -> str:
     """Return what a choice of one sensor means."""
+    if not (tuned.with_truth or tuned.sensors.related):
+        return (
+            f". WARNING: {tuned.chosen} alone was taken because s1 and s2 show no common motion; the "
+            "error says nothing: run check, or record a truth and tune to it"
+        )
     errors = tuned.baseline_errors
     best = min(errors, key=errors.__getitem__)
-    if errors[best] > HARDLY_BETTER * tuned.error:
+    if best == tuned.chosen or errors[best] > HARDLY_BETTER * tuned.error:
         return f"; {tuned.chosen} alone is as good as anything: you do not need the node"
     return (
         f". WARNING: no fit was better than {tuned.chosen} alone, but the filter {best} is "

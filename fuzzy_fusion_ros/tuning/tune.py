@@ -63,7 +63,8 @@ MOST_DOUBLINGS = 12
 """A safety net that still does harm after this many doublings is not set."""
 
 UNSEEN = 1.5
-"""Without a truth, errors are larger by this than what S2's innovations show."""
+"""Without a truth, errors are larger by this than what S2's innovations show, and by the ratio of
+the misfit on the worst unseen part to that fitted."""
 
 DIGITS = 4
 """Significant digits of fitted values."""
@@ -76,6 +77,10 @@ BETTER_BY = 0.97
 
 _LOW_PASSES = (0.3, 100.0, 20)
 """Shortest, longest and number of time constants to try, in intervals of S1."""
+
+WITHIN = (0.70, 0.94)
+"""At least these shares of the errors are within one and two standard deviations, midway between
+too few (0.55, 0.88) and too many (0.85, 1). Few errors that are large do not change them."""
 
 _FLOORS = (0.0, *(2.0**power for power in range(-4, 3)))
 """What of S1's noise may come through, in multiples of the error."""
@@ -263,11 +268,11 @@ def tune_to(
     after = rounded(problem, replace(final, {"predictor.enabled": False}))
     if is_long:
         after = with_predictor(problem, after)
+    worse = max(1.0, max(best.unseen_parts) / max(best.fitted, TINY))
     if with_truth:
-        optimism = max(1.0, max(best.unseen_parts) / max(best.fitted, TINY))
-        after = rounded(problem, with_deviation(problem, after, optimism))
+        after = rounded(problem, with_deviation(problem, after, math.sqrt(worse)))
     else:
-        after = rounded(problem, with_assumed_deviation(sensors, after))
+        after = rounded(problem, with_assumed_deviation(sensors, after, UNSEEN * worse))
     unseen = best.unseen_parts if len(begun) > 1 else (best.unseen,)
     before_errors, after_errors = (errors_of(problem, each) for each in (before, after))
     baseline_errors = {
@@ -513,8 +518,8 @@ def with_deviation(problem: Problem, parameters: Parameters, optimism: float) ->
     Args:
         problem: What was fitted.
         parameters: The result.
-        optimism: By how much the error on the worst unseen part is larger than that fitted to; the
-            next recording may be like that part.
+        optimism: By how much larger errors are assumed to be on the next recording: halfway, as a
+            ratio, between those fitted to and those on the worst unseen part.
     """
     plain = replace(parameters, {"estimate.deviation_scale": 1.0, "s1.noise": 0.0})
     traces = [run(fusion(plain, each.started_ns), each) for each in problem.recordings]
@@ -531,22 +536,26 @@ def with_deviation(problem: Problem, parameters: Parameters, optimism: float) ->
         factor = float(np.mean(np.square(error) / variance))
         unlikely = math.log(max(factor, TINY)) + float(np.mean(np.log(variance)))
         if unlikely < least:
-            scale = math.sqrt(factor) * optimism
+            ratios = np.quantile(np.abs(error) / np.sqrt(variance), WITHIN)
+            scale = float(np.max(ratios / (1.0, 2.0))) * optimism
             changes = {"estimate.deviation_scale": scale, "s1.noise": floor}
             best, least = replace(parameters, allowed(Parameters, changes)), unlikely
     return best
 
 
-def with_assumed_deviation(sensors: Characteristics, parameters: Parameters) -> Parameters:
+def with_assumed_deviation(
+    sensors: Characteristics, parameters: Parameters, factor: float
+) -> Parameters:
     """Set what of S1's noise comes through its low-pass, and a factor for what S2 does not show.
 
     Args:
         sensors: What the sensors are like.
         parameters: The result.
+        factor: The factor.
     """
     gain = lag_gain(sensors.s1_interval, parameters.s1.lowpass_time_constant)
     through = sensors.s1_noise * math.sqrt(gain / (2.0 - gain))
-    changes = {"estimate.deviation_scale": UNSEEN, "s1.noise": through}
+    changes = {"estimate.deviation_scale": factor, "s1.noise": through}
     return replace(parameters, allowed(Parameters, changes))
 
 
