@@ -211,8 +211,8 @@ def _alone(tuned: Tuned, u: str) -> str:
     """Return what a choice of one sensor means."""
     if not (tuned.with_truth or tuned.sensors.related):
         return (
-            f". WARNING: {tuned.chosen} alone was taken because s1 and s2 show no common motion; the "
-            "error says nothing: run check, or record a truth and tune to it"
+            f". WARNING: {tuned.chosen} alone was taken because s1 and s2 show no common motion; "
+            "the error says nothing: run check, or record a truth and tune to it"
         )
     errors = tuned.baseline_errors
     best = min(errors, key=errors.__getitem__)
