@@ -49,7 +49,11 @@ LOST_AFTER = 3.0
 """S2 counts as lost after this many of its intervals without a sample, and its delivery time."""
 
 PAUSES = 1.5
-"""Nor does it before this many of the longest pauses that are usual."""
+"""Nor does it before this many of the longest pauses that are usual,"""
+
+HICCUP = (0.5, 50.0)
+"""nor before this many seconds, which a busy computer may delay a sample, or at a time scale where
+that is long, this many intervals."""
 
 
 class Candidate(NamedTuple):
@@ -74,7 +78,8 @@ def candidates_for(sensors: Characteristics, with_truth: bool = True) -> list[Ca
         with_truth: Whether the target is a truth; without, the observer is fitted to what S2 says,
             and keeps S2's lag as measured unless that is sure, or a lower bound.
     """
-    silence = max(LOST_AFTER * sensors.s2_interval, PAUSES * sensors.s2_pause)
+    hiccup = min(HICCUP[0], HICCUP[1] * sensors.s2_interval)
+    silence = max(LOST_AFTER * sensors.s2_interval, PAUSES * sensors.s2_pause, hiccup)
     lost = silence + sensors.s2_delivery
     patient = max(lost, 2.0 * sensors.s2_gap + sensors.s2_delivery)
     return [

@@ -11,7 +11,7 @@ import numpy as np
 from fuzzy_fusion_ros.batch.lag import GUESS_BELOW, SHARE_OF_SPAN
 from fuzzy_fusion_ros.parameters.group import flatten
 from fuzzy_fusion_ros.text.table import bag_table, text_table
-from fuzzy_fusion_ros.tuning.candidates import LOST_AFTER, PAUSES
+from fuzzy_fusion_ros.tuning.candidates import HICCUP, LOST_AFTER, PAUSES
 from fuzzy_fusion_ros.tuning.characterise import Characteristics
 from fuzzy_fusion_ros.tuning.model_selection import ENOUGH_S2
 from fuzzy_fusion_ros.tuning.tune import Tuned
@@ -21,6 +21,10 @@ WORSE = 1.001
 
 MUCH_BETTER = 0.75
 """A filter whose error is below this share of ours shows that the fit has missed something."""
+
+AS_FAST = 2.0
+"""Up to this many intervals of S1 between its samples, S2 is as fast: its errors, such as those of
+an accelerometer in motion, last for many of them."""
 
 HARDLY_BETTER = 0.9
 """An error after the fit above this share of that of the better sensor alone is hardly a gain."""
@@ -246,12 +250,25 @@ def _limits(tuned: Tuned) -> str:
 
 
 def _warning(tuned: Tuned) -> str:
-    if tuned.with_truth or tuned.s2_samples >= ENOUGH_S2:
+    """Return why a fit without a truth may be worse than it seems."""
+    if tuned.with_truth or tuned.chosen == "s2":
         return ""
-    return (
-        f". WARNING: {tuned.s2_samples} samples of S2 and no truth cannot show which sensor is "
-        f"better, so one alone may be better than this; record at least {ENOUGH_S2}"
-    )
+    if tuned.s2_samples < ENOUGH_S2:
+        return (
+            f". WARNING: {tuned.s2_samples} samples of S2 and no truth cannot show which sensor is "
+            f"better, so one alone may be better than this; record at least {ENOUGH_S2}"
+        )
+    if tuned.sensors.s2_interval <= AS_FAST * tuned.sensors.s1_interval:
+        return (
+            ". WARNING: S2 is as fast as S1, so its errors last for many samples, and without a "
+            "truth they cannot be seen: record one, or compare this with what was given"
+        )
+    if tuned.error > tuned.before_error:
+        return (
+            ". WARNING: by this error what was given is better; without a truth it is uncertain: "
+            "record one, or compare both"
+        )
+    return ""
 
 
 def comments(tuned: Tuned, unit: str, origin: str, names: Sequence[str] = ()) -> Iterator[str]:
@@ -273,8 +290,8 @@ def comments(tuned: Tuned, unit: str, origin: str, names: Sequence[str] = ()) ->
         yield from recording_lines(tuned, unit, names)
         yield ""
     yield outcome(tuned, unit)
-    yield f"s2.timeout is {LOST_AFTER:g} intervals of S2, or {PAUSES:g} usual pauses, and its"
-    yield "delivery time; after that, conditioned S1 is used alone."
+    yield f"s2.timeout is {LOST_AFTER:g} intervals of S2, {PAUSES:g} usual pauses, or"
+    yield f"{HICCUP[0]:g} s, and its delivery time; after that, conditioned S1 is used alone."
     yield "The entry `baselines` is for score --params; nodes ignore it."
 
 

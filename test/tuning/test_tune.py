@@ -161,6 +161,16 @@ def test_a_lost_s2_is_soon_noticed(tuned: Tuned) -> None:
     assert tuned.parameters.s2.timeout == pytest.approx(0.6)
 
 
+@pytest.mark.parametrize(("interval", "lost"), [(0.01, 0.5), (0.1, 0.5), (1.0, 3.0), (1e-5, 5e-4)])
+def test_an_s2_that_a_busy_computer_delays_is_not_lost(
+    recording: Made, interval: float, lost: float
+) -> None:
+    sensors = characterise(recording.series)
+    sensors = sensors._replace(s2_interval=interval, s2_pause=interval, s2_delivery=0.0)
+    for each in candidates_for(sensors)[1:]:
+        assert each.spec.space.fixed["s2.timeout"] == pytest.approx(lost)
+
+
 def test_an_s2_that_is_delivered_late_is_not_taken_for_lost(patch: pytest.MonkeyPatch) -> None:
     series, truth = made(SENSORS)
     late_s2 = series._replace(s2_known=np.append(np.zeros(50, np.int64), series.s2_known[:-50]))
@@ -763,6 +773,16 @@ def test_s2_alone_for_want_of_common_motion_is_no_recommendation(tuned: Tuned) -
     assert "WARNING: s2 alone was taken because s1 and s2 show no common motion" in text
     known = outcome(alone._replace(with_truth=True), "m/s")
     assert "s2 alone is as good as anything" in known
+
+
+def test_what_cannot_be_seen_without_a_truth_is_said(tuned: Tuned) -> None:
+    blind = tuned._replace(with_truth=False)
+    assert "WARNING" not in outcome(blind, "m/s")
+    fast = blind.sensors._replace(s2_interval=blind.sensors.s1_interval)
+    assert "WARNING: S2 is as fast as S1" in outcome(blind._replace(sensors=fast), "m/s")
+    worse = blind._replace(before_error=0.9 * blind.error)
+    assert "WARNING: by this error what was given is better" in outcome(worse, "m/s")
+    assert "WARNING" not in outcome(worse._replace(with_truth=True), "m/s")
 
 
 def test_with_a_wrong_truth_no_other_advice_is_given(tuned: Tuned) -> None:
