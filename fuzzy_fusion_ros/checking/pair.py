@@ -13,7 +13,7 @@ from fuzzy_fusion_ros.checking.finding import Finding, Level
 from fuzzy_fusion_ros.checking.motion import Motion
 from fuzzy_fusion_ros.checking.relation import NEAR_ONE, Conversion, Kind, Relation
 from fuzzy_fusion_ros.checking.samples import TwoSensors
-from fuzzy_fusion_ros.messages.units import INTEGRALS, RATES, TURNS
+from fuzzy_fusion_ros.messages.units import INTEGRALS, RATES, TURNS, unit_of_s1
 
 MARGIN = 1.5
 """Evidence by which a fault must be more credible than sensors as they should be: 4.5 to 1."""
@@ -138,13 +138,14 @@ def same_source(sensors: TwoSensors) -> list[Finding]:
 def same_units(sensors: TwoSensors) -> list[Finding]:
     """Judge whether the units of both sensors, where known, are one."""
     s1, s2 = sensors.s1.unit, sensors.s2.unit
-    if not (s1 and s2) or (s1 == s2 and not sensors.is_rate):
-        return []
-    if sensors.is_rate and RATES.get(s2, s1) == s1:
+    if not (s1 and s2) or s1 == unit_of_s1(s2, sensors.is_rate):
         return []
     text = f"s1 is in {s1}, s2 in {s2}"
     remedy = {Kind.S1_RATE: "s1.kind: rate", Kind.S2_RATE: EXCHANGE_RATE}
     kind = kind_by_units(sensors)
+    if kind is Kind.VALUE:
+        text = f"s1 and s2 are in {s1}, but s1.kind is rate"
+        return [Finding(Level.ERROR, "rate", text, {}, "s1.kind: value")]
     if kind in remedy:
         return [
             Finding(Level.ERROR, "rate", f"{text}: one is the rate of the other", {}, remedy[kind])
@@ -155,9 +156,12 @@ def same_units(sensors: TwoSensors) -> list[Finding]:
 def wrong_period(sensors: TwoSensors) -> list[Finding]:
     """Judge whether ``signal.period``, if set, divides a turn in a known unit of the signal."""
     turn = period_of(sensors)
+    name, unit = _angle(sensors)
+    if sensors.period > 0.0 and sensors.s2.unit and not unit:
+        text = f"signal.period is for angles, but s2 is in {sensors.s2.unit}"
+        return [Finding(Level.WARNING, "period", text, {}, "signal.period: 0.0")]
     if turn == sensors.period:
         return []
-    name, unit = _angle(sensors)
     text = (
         f"signal.period is {sensors.period:.10g}, but {name} is in {unit}, "
         f"where a turn is {turn:.16g}"

@@ -47,6 +47,11 @@ INTEGRALS = {rate: unit for unit, rate in RATES.items()}
 """The unit of the integral of a quantity, by the unit of the quantity."""
 
 
+def unit_of_s1(unit: str, is_rate: bool) -> str:
+    """Return the unit that S1 must have, by that of S2; ``""`` where that is not known."""
+    return RATES.get(unit, f"{unit}/s") if is_rate and unit else unit
+
+
 def unit_of(type_name: str, field: str) -> str:
     """Return the unit that a standard message gives its number.
 
@@ -103,14 +108,14 @@ def signal_unit(s1: ScalarCodec, s2: ScalarCodec, parameters: Parameters) -> str
     if given:
         return given
     unit1, unit2 = unit_read(s1), unit_read(s2)
-    expected = RATES.get(unit2, "") if is_rate else unit2
+    expected = unit_of_s1(unit2, is_rate)
     if unit1 and expected and unit1 != expected:
         described = [
             f"{name} is in {unit} ({each.field.text} of {each.type_name})"
             for name, unit, each in zip(("s1", "s2"), (unit1, unit2), (s1, s2), strict=True)
         ]
-        if RATES.get(unit2) == unit1:
-            advice = "set s1.kind: rate"
+        if unit1 == unit_of_s1(unit2, not is_rate):
+            advice = f"set s1.kind: {'value' if is_rate else 'rate'}"
         elif is_rate:
             advice = f"s1.kind: rate needs S1 in {expected}, or signal.unit set"
         else:
