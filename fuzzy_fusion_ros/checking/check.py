@@ -118,7 +118,7 @@ def check(sensors: TwoSensors, most_points: int = MOST_POINTS) -> Check:
     same = pair.same_source(sensors)
     both = sensors.s1, sensors.s2
     known = pair.period_of(sensors)
-    period = known or max(wrap_of(each.values[np.isfinite(each.values)]).period for each in both)
+    period = known or max(wrap_of(each.values[each.sound]).period for each in both)
     periods = (0.0 if sensors.is_rate else period), period
     judged = [
         _judge(

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from fuzzy_fusion_ros.batch.arrays import Flags, Reals, Stamps
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 
@@ -28,6 +30,8 @@ class SensorSamples(NamedTuple):
             ``s2.outlier_threshold``, which is in standard deviations; 0 if nothing is.
         frames: Each ``frame_id`` of some of its messages whenever it is not that of the one before.
         elements: Each name that some of its messages give the element of an array that is read.
+        meaningless: Where the values say nothing of the motion, see :mod:`.direction`, shape (n,);
+            None if that is nowhere or not known.
     """
 
     name: str
@@ -44,6 +48,13 @@ class SensorSamples(NamedTuple):
     rejects_from: float = 0.0
     frames: tuple[str, ...] = ()
     elements: tuple[str, ...] = ()
+    meaningless: Flags | None = None
+
+    @property
+    def sound(self) -> Flags:
+        """Where the values are finite and mean something, shape (n,)."""
+        finite: Flags = np.isfinite(self.values)
+        return finite if self.meaningless is None else finite & ~self.meaningless
 
     def kept(self, which: Flags) -> SensorSamples:
         """Return some of the samples, shape (n,) says which."""
@@ -52,6 +63,7 @@ class SensorSamples(NamedTuple):
             overflows=self.overflows[which],
             arrivals_ns=self.arrivals_ns[which],
             values=self.values[which],
+            meaningless=None if self.meaningless is None else self.meaningless[which],
         )
 
 

@@ -201,7 +201,8 @@ class Values(NamedTuple):
     """The values of a sensor, judged.
 
     Attributes:
-        clean: The finite ones without wraps, spikes and outliers, shape (k,).
+        clean: The finite ones without wraps, spikes and outliers, shape (k,); on lines where they
+            mean nothing.
         noise: Standard deviation of their white noise.
         spikes: Share of them that were spikes.
         findings: What is wrong.
@@ -244,6 +245,8 @@ def judge_values(
     if lasting.values.size < np.count_nonzero(outliers.which):
         findings.append(_outliers(finite, outliers, start_ns, is_rate=is_rate))
     values = _without(outliers.which, values)
+    sound = finite.sound
+    values = values[sound]
     wrap = Wrap(0.0, 0) if is_known else wrap_of(values)
     if wrap.jumps:
         text = f"{name} wraps: it jumps by {PERIODS[wrap.period]}, {wrap.jumps} times"
@@ -258,15 +261,25 @@ def judge_values(
     if count >= SOME_SPIKES:
         size = float(np.median(np.abs(unwrapped - clean)[spikes]))
         findings.append(_spikes(finite, count, size, is_rate=is_rate))
-    return Values(clean, white_noise(clean), count / values.size, tuple(findings))
+    noise = white_noise(clean)
+    return Values(on_lines(clean, sound), noise, count / values.size, tuple(findings))
 
 
 def _without(spikes: Flags, values: Reals) -> Reals:
     """Return values with spikes replaced by lines between the samples about them."""
-    if not spikes.any():
+    return on_lines(values[~spikes], ~spikes)
+
+
+def on_lines(values: Reals, where: Flags) -> Reals:
+    """Return a series on straight lines between the places where it is known.
+
+    Args:
+        values: There, shape (k,).
+        where: Which places these are, shape (n,).
+    """
+    if where.all():
         return values
-    places = np.arange(values.size)
-    return np.interp(places, places[~spikes], values[~spikes])
+    return np.interp(np.arange(where.size), np.flatnonzero(where), values)
 
 
 def _may_stay(last: SensorSamples, of: int, factor: float) -> Finding:

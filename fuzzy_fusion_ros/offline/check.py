@@ -13,16 +13,19 @@ import numpy as np
 
 from fuzzy_fusion_ros.bag.block import Block, first
 from fuzzy_fusion_ros.bag.reader import BagReader
-from fuzzy_fusion_ros.batch.arrays import seconds_since
+from fuzzy_fusion_ros.batch.arrays import Flags, seconds_since
 from fuzzy_fusion_ros.checking.check import Check, check
+from fuzzy_fusion_ros.checking.direction import meaningless
 from fuzzy_fusion_ros.checking.motion import motion_of
 from fuzzy_fusion_ros.checking.presets import Advice, advise
 from fuzzy_fusion_ros.checking.recent import warnings
 from fuzzy_fusion_ros.checking.samples import SensorSamples, two_sensors
 from fuzzy_fusion_ros.checking.survey import Field, Together, moves, survey
-from fuzzy_fusion_ros.checking.values import wrap_of
+from fuzzy_fusion_ros.checking.values import on_lines, wrap_of
 from fuzzy_fusion_ros.messages import ScalarCodec, computed_fields, numeric_fields
-from fuzzy_fusion_ros.messages.units import unit_read
+from fuzzy_fusion_ros.messages.field_path import call_in
+from fuzzy_fusion_ros.messages.functions import FUNCTIONS, TURN
+from fuzzy_fusion_ros.messages.units import unit_of, unit_read
 from fuzzy_fusion_ros.offline.raw import RawSamples, Source, read_raw
 from fuzzy_fusion_ros.offline.topics import Topics, codecs_of
 from fuzzy_fusion_ros.offline.tracks import Progress
@@ -55,6 +58,9 @@ MOST_FRAMES = 100
 FARTHEST_STAMP = 1.0
 """Where stamps are further than this many seconds from the log, a survey goes by the log."""
 
+LENGTH_OF = "length of "
+"""Before the name of a direction: the length of the vector that has it."""
+
 
 def check_bag(
     bag: BagReader,
@@ -80,7 +86,7 @@ def check_bag(
     """
     sources = _sensors(bag, topics, parameters, start_s)
     frames = _Frames(sources)
-    raw = read_raw(bag, sources, start_s, end_s, lambda blocks: frames.seen_in(progress(blocks)))
+    raw = _read(bag, sources, start_s, end_s, lambda blocks: frames.seen_in(progress(blocks)))
     for name, source in sources.items():
         if raw[name].unreadable and not raw[name].values.size:
             _refuse(bag, source, start_s, end_s)
@@ -117,7 +123,7 @@ def check_start(
     """
     sources = _sensors(bag, topics.found_in(bag), parameters, start_s)
     frames = _Frames(sources)
-    raw = read_raw(
+    raw = _read(
         bag,
         sources,
         start_s,
@@ -160,8 +166,50 @@ def _checked(
     frames: _Frames,
     parameters: Parameters,
 ) -> Check:
-    s1, s2 = (_samples(name, sources[name], raw[name], frames) for name in SENSORS)
+    s1, s2 = (_samples(name, sources[name], raw, frames) for name in SENSORS)
     return check(two_sensors(s1, s2, bag.start_ns or 0, parameters))
+
+
+def _read(
+    bag: BagReader,
+    sources: Mapping[str, Source],
+    start_s: float | None,
+    end_s: float | None,
+    progress: Progress,
+    every: Mapping[str, int] | None = None,
+) -> dict[str, RawSamples]:
+    """Read samples, as :func:`read_raw` does, and with directions the lengths of their vectors."""
+    lengths = {LENGTH_OF + name: _length(bag, each) for name, each in sources.items()}
+    known = {name: each for name, each in lengths.items() if each is not None}
+    return read_raw(bag, {**sources, **known}, start_s, end_s, progress, every)
+
+
+def _length(bag: BagReader, source: Source) -> Source | None:
+    """Return the length of the vector whose direction is read; of a heading, it is the speed.
+
+    Tilt is left out: what an accelerometer measures points up near 1 g, not where it is long.
+    """
+    text, type_name = source.codec.field.text, source.codec.type_name
+    call = call_in(text)
+    if call is None or call.name not in {"atan2", "yaw"}:
+        return None
+    if call.name == "yaw":
+        sizes = [each for each in computed_fields(bag.types, type_name) if "norm" in each]
+        text = next((each for each in sizes if unit_of(type_name, each) == "m/s"), "")
+        if not text:
+            return None
+    codec = ScalarCodec(bag.types, type_name, text)
+    (codec.function,) = FUNCTIONS["norm"]
+    return Source(source.topic, codec)
+
+
+def _meaningless(name: str, raw: Mapping[str, RawSamples]) -> Flags | None:
+    """Return where a direction means nothing; None if that is nowhere or not known."""
+    angles, lengths = raw[name].values, raw.get(LENGTH_OF + name)
+    if lengths is None or lengths.values.size != angles.size:
+        return None
+    found = meaningless(angles, lengths.values, TURN)
+    return found if found.any() else None
 
 
 class _Frames:
@@ -210,8 +258,10 @@ def _refuse(bag: BagReader, source: Source, start_s: float | None, end_s: float 
             raise MessageError(f"topic {source.topic}: {error}") from None
 
 
-def _samples(name: str, source: Source, raw: RawSamples, frames: _Frames) -> SensorSamples:
-    codec = source.codec
+def _samples(
+    name: str, source: Source, found: Mapping[str, RawSamples], frames: _Frames
+) -> SensorSamples:
+    codec, raw = source.codec, found[name]
     return SensorSamples(
         name=name,
         topic=source.topic,
@@ -226,6 +276,7 @@ def _samples(name: str, source: Source, raw: RawSamples, frames: _Frames) -> Sen
         unreadable=raw.unreadable,
         frames=frames.of(name),
         elements=frames.elements(name),
+        meaningless=_meaningless(name, found),
     )
 
 
@@ -262,7 +313,7 @@ def survey_bag(
     sources = _sources(bag)
     if not sources:
         raise BagError(f"bag {str(bag.path)!r} has no message with a number")
-    raw = read_raw(bag, sources, start_s, end_s, progress, _strides(bag, sources.values()))
+    raw = _read(bag, sources, start_s, end_s, progress, _strides(bag, sources.values()))
     fields = list(_fields(sources, raw, bag.start_ns or 0))
     together = survey(fields)
     return Survey(together, advise([each for each in fields if moves(each.motion)], together))
@@ -351,7 +402,9 @@ def _fields(
             continue
         apart = np.abs(samples.log_ns - samples.stamps_ns) * 1e-9
         times_ns = samples.stamps_ns if np.median(apart) <= FARTHEST_STAMP else samples.log_ns
-        values = samples.values[finite]
+        values, nothing = samples.values[finite], _meaningless(name, raw)
+        sound = np.ones(values.size, np.bool_) if nothing is None else ~nothing[finite]
+        known = values[sound]
         codec = source.codec
         yield Field(
             source.topic,
@@ -359,6 +412,6 @@ def _fields(
             unit_read(codec),
             motion_of(
                 seconds_since(start_ns, times_ns[finite]),
-                wrap_of(values).unwrapped(values),
+                on_lines(wrap_of(known).unwrapped(known), sound),
             ),
         )

@@ -10,18 +10,23 @@ import numpy as np
 import pytest
 from bag.making import POINT, STORE
 from bag.recorded import Scalar, at, message, write_scalars
+from presets.sensors import IMU, TURN, VELOCITY, Rig, Sensor, write_rig
 
 from fuzzy_fusion_ros.bag import BagWriter, open_bag
 from fuzzy_fusion_ros.checking.check import Check
+from fuzzy_fusion_ros.checking.finding import Level
 from fuzzy_fusion_ros.checking.survey import Together
 from fuzzy_fusion_ros.offline import check as module
 from fuzzy_fusion_ros.offline.check import check_bag, survey_bag, warnings_of
 from fuzzy_fusion_ros.offline.topics import Topics
 from fuzzy_fusion_ros.parameters.errors import BagError, MessageError
+from fuzzy_fusion_ros.parameters.file import parameters_from
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
 
-BAGS = Path(__file__).resolve().parents[2] / "bags"
+ROOT = Path(__file__).resolve().parents[2]
+BAGS = ROOT / "bags"
+HEADING = ROOT / "config" / "presets" / "heading.yaml"
 
 
 def checked(path: Path, topics: Topics | None = None, **window: float) -> Check:
@@ -241,3 +246,83 @@ def test_a_survey_goes_by_the_log_where_stamps_are_off(tmp_path: Path) -> None:
     path = write_scalars(tmp_path / "bag", scalars(behind=5.0))
     (found,) = surveyed(path)
     assert found.relation.lag == pytest.approx(0.2, abs=0.05)
+
+
+def driven(t: float) -> float:
+    """Time on the move: a vehicle that stands from 40 s to 65 s."""
+    return min(t, 40.0) + max(t - 65.0, 0.0)
+
+
+def course(t: float) -> float:
+    return 0.05 * driven(t) + 1.2 * math.sin(0.3 * driven(t))
+
+
+def turning(factor: float) -> Sensor:
+    """A gyro that turns with the course, or the other way, or in another unit."""
+    return IMU._replace(
+        fields=lambda t, a, b: {
+            "angular_velocity.z": factor
+            * (50.0 * (course(t + 0.01) - course(t - 0.01)) + 0.003 + 0.01 * a)
+        }
+    )
+
+
+def receiver(way: str, frame: str) -> tuple[Sensor, str]:
+    """A GNSS receiver whose course is random at standstill, and where its course is."""
+
+    def velocity(t: float, a: float, b: float) -> tuple[float, float]:
+        speed = 0.0 if 40.3 < t < 65.3 else 8.0
+        at = course(t - 0.3) + (2.0 if frame == "NED" else 0.0)
+        x, y = speed * math.cos(at) + 0.02 * a, speed * math.sin(at) + 0.02 * b
+        return (x, y) if frame == "NED" else (y, x)
+
+    if way == "Odometry":
+
+        def pose(t: float, a: float, b: float) -> dict[str, float]:
+            x, y = velocity(t, a, b)
+            half = 0.5 * math.atan2(y, x)
+            names = "pose.pose.orientation.z", "pose.pose.orientation.w", "twist.twist.linear.x"
+            return dict(zip(names, (math.sin(half), math.cos(half), math.hypot(x, y)), strict=True))
+
+        sensor = VELOCITY._replace(type_name="nav_msgs/msg/Odometry", fields=pose)
+        return sensor, "yaw(pose.pose.orientation)"
+    owner = "twist.linear" if way == "TwistStamped" else "twist.twist.linear"
+    sensor = VELOCITY._replace(
+        type_name=f"geometry_msgs/msg/{way}",
+        fields=lambda t, a, b: dict(
+            zip((f"{owner}.x", f"{owner}.y"), velocity(t, a, b), strict=True)
+        ),
+    )
+    return sensor, f"atan2({owner}.y, {owner}.x)"
+
+
+@pytest.mark.parametrize("frame", ["NED", "ENU"])
+@pytest.mark.parametrize(
+    ("way", "factor"),
+    [
+        ("TwistStamped", 1.0),
+        ("TwistWithCovarianceStamped", -1.0),
+        ("Odometry", 180.0 / math.pi),
+    ],
+)
+def test_a_course_that_is_random_at_standstill_is_compared_in_motion(
+    tmp_path: Path, frame: str, way: str, factor: float
+) -> None:
+    sensor, path = receiver(way, frame)
+    with open_bag(write_rig(tmp_path / "bag", Rig(turning(factor), sensor, {"": driven}))) as bag:
+        advice = {each.job.preset: each for each in survey_bag(bag).advice}["heading"]
+        topics = Topics(IMU.topic, sensor.topic, fields={"s2": path})
+        found = check_bag(bag, topics, parameters_from(HEADING))
+        unset = check_bag(
+            bag, topics, replace(parameters_from(HEADING), {"signal.period": 0.0})
+        ).findings
+    scale = (1.0 if frame == "NED" else -1.0) / factor
+    assert advice.s2.path == path
+    assert advice.additions == ([] if scale == 1.0 else [f"s1.scale: {scale:.7g}"])
+    assert found.relation is not None
+    assert found.relation.correlation > 0.98
+    assert found.relation.sign * found.relation.middle_scale == pytest.approx(scale, rel=0.1)
+    assert {each.remedy for each in found.findings if each.level is Level.ERROR} == (
+        set() if scale == 1.0 else {f"s1.scale: {scale:.7g}"}
+    )
+    assert f"signal.period: {TURN:.10g}" in {each.remedy for each in unset}
