@@ -18,7 +18,7 @@ SAMPLES = 8192
 """Samples of each sensor that are kept."""
 
 POINTS = 2048
-"""Points to compare motion on: a check takes some 40 ms."""
+"""Points to compare motion on: a check takes 7 ms for 10 s at 100 Hz, 0.2 s for 8 s at 1 kHz."""
 
 WORTH_REPEATING = frozenset(
     {
@@ -78,7 +78,7 @@ class Stream:
         self._taken = 0
 
     def samples(self) -> SensorSamples:
-        """Return the samples."""
+        """Return a copy of the samples."""
         kept = min(self._taken, SAMPLES)
         oldest_first = (np.arange(kept) + self._taken - kept) % SAMPLES
         return SensorSamples(
@@ -95,15 +95,15 @@ class Stream:
         )
 
 
-def check_recent(s1: Stream, s2: Stream, parameters: Parameters) -> Check:
+def check_recent(s1: SensorSamples, s2: SensorSamples, parameters: Parameters) -> Check:
     """Check two sensors over the time of which there are samples of both.
 
     Args:
-        s1: S1.
-        s2: S2.
+        s1: The samples of S1.
+        s2: Those of S2.
         parameters: Say whether the signal wraps, and whether S1 is a rate.
     """
-    both = [s1.samples(), s2.samples()]
+    both = [s1, s2]
     firsts = [int(each.arrivals_ns[0]) for each in both if each.arrivals_ns.size]
     start_ns = max(firsts, default=0)
     kept = [each.kept(each.arrivals_ns >= start_ns) for each in both]

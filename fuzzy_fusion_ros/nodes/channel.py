@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from concurrent.futures import Executor
 from typing import Any
 
 from fuzzy_fusion_ros.core.sample import Sample
@@ -47,6 +48,7 @@ class Channel:
         parameters: Parameters,
         sources: Sources,
         joint: Joint,
+        background: Executor,
     ) -> None:
         """Subscribe to both sensors.
 
@@ -57,6 +59,7 @@ class Channel:
             parameters: Its parameters, as if it were alone.
             sources: What the node reads.
             joint: Where its estimates go.
+            background: Runs what takes too long for a callback.
 
         Raises:
             MessageError: A type is not installed or has no such field, or units do not go together.
@@ -76,7 +79,7 @@ class Channel:
         self.unit = signal_unit(self.s1.codec, self.s2.codec, parameters)
         self._rules = RuleReport()
         self.report = FusionReport(self._log)
-        self._check = SelfCheck(self._log, self.s1, self.s2, parameters)
+        self._check = SelfCheck(self._log, self.s1, self.s2, parameters, background)
         self._s1_report = SensorReport("s1", self.s1, node, self._log)
         self._s2_report = SensorReport("s2", self.s2, node, self._log)
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,11 +38,13 @@ class FusionNode(ConfiguredNode[Parameters]):
         Raises:
             FusionError: A parameter, a message type or a field cannot be used.
         """
+        self._background = ThreadPoolExecutor(1)  # one: all wait for the same interpreter
         super().__init__("fusion_node", Parameters(), **options)
 
     def destroy_node(self) -> None:
-        """Leave the graph."""
+        """Leave the graph; what runs in the background ends before the process does."""
         super().destroy_node()
+        self._background.shutdown(wait=False, cancel_futures=True)
         if self._lifecycle is not None:
             self._lifecycle.close()
 
@@ -69,7 +72,7 @@ class FusionNode(ConfiguredNode[Parameters]):
         self._joint = Joint()
         self._sources = Sources(self, self._time, self._publish)
         self.channels = tuple(
-            Channel(self, self._time, name, own, self._sources, self._joint)
+            Channel(self, self._time, name, own, self._sources, self._joint, self._background)
             for name, own in self._by_channel.items()
         )
         self._output = EstimateOutput(

@@ -31,7 +31,7 @@ def filled(name: str, factor: float, lag: float, every: int, samples: int = 6000
 
 
 def said(s1: Stream, s2: Stream) -> list[str]:
-    return [each.about for each in warnings(check_recent(s1, s2, Parameters()))]
+    return [each.about for each in warnings(check_recent(s1.samples(), s2.samples(), Parameters()))]
 
 
 def test_what_is_wrong_is_found_in_recent_samples() -> None:
@@ -64,8 +64,8 @@ def test_units_are_those_of_the_types_unless_the_parameters_name_one() -> None:
         for k in range(100):
             stream.add(10**18 + k * 10**7, 10**18 + k * 10**7, motion(0.01 * k))
         streams.append(stream)
-    found = check_recent(streams[0], streams[1], Parameters()).findings
+    found = check_recent(streams[0].samples(), streams[1].samples(), Parameters()).findings
     assert "s1 is in Pa, s2 in degC" in {each.text for each in found}
     named = replace(Parameters(), {"signal.unit": "K"})
-    found = check_recent(streams[0], streams[1], named).findings
+    found = check_recent(streams[0].samples(), streams[1].samples(), named).findings
     assert "units" not in {each.about for each in found}

@@ -4,12 +4,18 @@
 from __future__ import annotations
 
 import math
+import threading
+from collections.abc import Iterator
+from typing import Any
 
 import pytest
 from nodes.watching import OK, WARN, Diagnostics, Log
 
+from fuzzy_fusion_ros.checking.check import Check
+from fuzzy_fusion_ros.checking.recent import check_recent
 from fuzzy_fusion_ros.nodes import self_check
 from fuzzy_fusion_ros.testing import Harness
+from fuzzy_fusion_ros.testing.graph import TIMEOUT
 
 SAMPLES = 2000
 
@@ -45,6 +51,65 @@ def test_a_negated_sensor_is_named_as_check_names_it(
     log.wait_for("s1 has the opposite sign of s2")
     diagnostics.next("fusion_node: check")
     assert log.count("s1 has the opposite sign of s2") == 1
+
+
+class Held:
+    """Checks that wait to be let go, except in the thread that serves the node."""
+
+    def __init__(self) -> None:
+        self.go_on = threading.Event()
+        self.threads: list[threading.Thread] = []
+
+    def __call__(self, *arguments: Any) -> Check:
+        self.threads.append(threading.current_thread())
+        if self.threads[-1] is not threading.main_thread():
+            self.go_on.wait()
+        return check_recent(*arguments)
+
+
+@pytest.fixture
+def held(monkeypatch: pytest.MonkeyPatch, harness: Harness) -> Iterator[Held]:
+    checks = Held()
+    monkeypatch.setattr(self_check, "check_recent", checks)
+    yield checks
+    checks.go_on.set()
+
+
+def test_estimates_go_on_during_a_check(
+    harness: Harness, diagnostics: Diagnostics, held: Held
+) -> None:
+    harness.fusion_node()
+    harness.spin_until(lambda: held.threads, "a check")
+    feed(harness, -1.0)
+    assert diagnostics.next("fusion_node: check").message == "no problems found"
+    assert len(held.threads) == 1
+    assert held.threads[0] is not threading.main_thread()
+    held.go_on.set()
+    diagnostics.saying("fusion_node: check", "s1 has the opposite sign of s2")
+
+
+def test_channels_are_checked_one_after_the_other(
+    harness: Harness, diagnostics: Diagnostics, held: Held
+) -> None:
+    fields = {f"y.{each}.field": "point.y" for each in ("s1", "s2", "estimate")}
+    harness.fusion_node({"channels": ["x", "y"], **fields})
+    for channel in "xy":
+        diagnostics.next(f"fusion_node: {channel}.check")
+    assert len(held.threads) == 1
+    held.go_on.set()
+    harness.spin_until(lambda: len(held.threads) > 1, "the check of the other channel")
+    assert held.threads[1] is held.threads[0]
+
+
+def test_a_node_closes_during_a_check_and_the_thread_ends_with_it(
+    harness: Harness, held: Held
+) -> None:
+    node = harness.fusion_node()
+    harness.spin_until(lambda: held.threads, "a check")
+    harness.remove(node)
+    held.go_on.set()
+    held.threads[0].join(TIMEOUT)
+    assert not held.threads[0].is_alive()
 
 
 def test_of_good_sensors_nothing_is_said(harness: Harness, diagnostics: Diagnostics) -> None:
