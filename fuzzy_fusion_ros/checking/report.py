@@ -96,6 +96,8 @@ def survey_json(found: Sequence[Together]) -> list[dict[str, Any]]:
 def advice_text(advice: Sequence[Advice], bag: str, presets: Path) -> str:
     """Return which presets suit a recording, with the commands that tune them.
 
+    Where a preset needs additions, a copy gets them first.
+
     Args:
         advice: The presets.
         bag: The path of the recording.
@@ -106,7 +108,13 @@ def advice_text(advice: Sequence[Advice], bag: str, presets: Path) -> str:
         name = f"{each.job.preset}.yaml"
         with_more = f" with {' and '.join(each.additions)}" if each.additions else ""
         lines.append(f"{name}{with_more}: {_why(each)}")
-        options = f"{shlex.join(['--params', str(presets / name)])} {_options(each)}"
+        file = str(presets / name)
+        if each.additions:
+            added = shlex.join(["printf", r"    %s\n", *each.additions])
+            file = f"my_{name}"
+            command = f"({shlex.join(['cat', str(presets / name)])}\n {added}) > {file}"
+            lines.append(textwrap.indent(command, "  "))
+        options = f"{shlex.join(['--params', file])} {_options(each)}"
         command = f"{called('tune')} {shlex.quote(bag)} \\\n{_wrapped_options(options)}"
         lines.append(textwrap.indent(command, "  "))
     return "\n".join(lines)

@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shlex
+import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -18,6 +20,7 @@ from fuzzy_fusion_ros.checking.relation import Kind
 from fuzzy_fusion_ros.checking.report import advice_json, advice_text
 from fuzzy_fusion_ros.checking.survey import Field, survey
 from fuzzy_fusion_ros.parameters.file import parameters_from
+from fuzzy_fusion_ros.parameters.group import replace
 
 PRESETS = Path(__file__).resolve().parents[2] / "config" / "presets"
 SENSORS = ("s1", "s2")
@@ -144,6 +147,18 @@ def test_numbers_without_a_job_get_no_advice() -> None:
     assert advised([field("/a", "data", "", walk(1)), field("/b", "data", "", walk(1), 5)]) == []
 
 
+def test_the_commands_make_the_file_that_they_tune(tmp_path: Path) -> None:
+    text = advice_text(advised([*imu(-180.0 / math.pi), *gnss()]), "BAG", PRESETS)
+    copies = re.findall(r"^  \(cat [^)]*\) > my_\w+\.yaml$", text, re.MULTILINE)
+    subprocess.run(["sh", "-c", "\n".join(copies)], cwd=tmp_path, check=True)
+    made = {each.name: parameters_from(each) for each in tmp_path.iterdir()}
+    heading, speed = (parameters_from(PRESETS / f"{name}.yaml") for name in ("heading", "speed"))
+    assert made == {
+        "my_heading.yaml": replace(heading, {"s1.scale": -0.01745329}),
+        "my_speed.yaml": replace(speed, {"s1.kind": "rate"}),
+    }
+
+
 def test_what_is_said_of_a_preset() -> None:
     found = advised([*imu(-1.0), *gnss()])
     text = advice_text(found, "my drive", Path("config/presets"))
@@ -152,7 +167,9 @@ def test_what_is_said_of_a_preset() -> None:
     assert "heading.yaml with s1.scale: -1: correlation " in text
     for each in found:
         assert advice_json(each)["options"] in " ".join(text.replace("\\", "").split())
-        assert f"  --params config/presets/{each.job.preset}.yaml --s1 " in text
+        file = f"{each.job.preset}.yaml"
+        file = f"my_{file}" if each.additions else f"config/presets/{file}"
+        assert f"  --params {file} --s1 " in text
     document = advice_json(found[0])
     assert document["preset"] == f"{found[0].job.preset}.yaml"
     assert document["correlation"] > 0.9
