@@ -94,7 +94,7 @@ def check(
         if topics is not None or (checked is not None and not search):
             return CheckResult(checked, None, (), tuple(reader.problems), str(bag))
         searching = progress.reading(f"searching {bag}", reader.message_count)
-        found = survey_bag(reader, start, end, searching)
+        found = survey_bag(reader, wanted, start, end, searching)
         return CheckResult(
             checked,
             tuple(found.together),

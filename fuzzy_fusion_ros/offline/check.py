@@ -294,6 +294,7 @@ class Survey(NamedTuple):
 
 def survey_bag(
     bag: BagReader,
+    topics: Topics,
     start_s: float | None = None,
     end_s: float | None = None,
     progress: Progress = lambda blocks: blocks,
@@ -302,6 +303,7 @@ def survey_bag(
 
     Args:
         bag: The bag.
+        topics: Name the truth and the estimate, which are no sensors for a preset.
         start_s: Where to begin, seconds from the bag's first message.
         end_s: Where to end, before this.
         progress: Passes blocks of messages on.
@@ -316,7 +318,10 @@ def survey_bag(
     raw = _read(bag, sources, start_s, end_s, progress, _strides(bag, sources.values()))
     fields = list(_fields(sources, raw, bag.start_ns or 0))
     together = survey(fields)
-    return Survey(together, advise([each for each in fields if moves(each.motion)], together))
+    others = {topics.truth, topics.estimate}
+    sensors = [each for each in fields if moves(each.motion) and each.topic not in others]
+    pairs = [each for each in together if not {each.s1.topic, each.s2.topic} & others]
+    return Survey(together, advise(sensors, pairs))
 
 
 def _sources(bag: BagReader) -> dict[str, Source]:

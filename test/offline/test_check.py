@@ -36,7 +36,7 @@ def checked(path: Path, topics: Topics | None = None, **window: float) -> Check:
 
 def surveyed(path: Path) -> list[Together]:
     with open_bag(path) as bag:
-        return survey_bag(bag).together
+        return survey_bag(bag, Topics()).together
 
 
 def motion(time_s: float) -> float:
@@ -310,13 +310,15 @@ def test_a_course_that_is_random_at_standstill_is_compared_in_motion(
 ) -> None:
     sensor, path = receiver(way, frame)
     with open_bag(write_rig(tmp_path / "bag", Rig(turning(factor), sensor, {"": driven}))) as bag:
-        advice = {each.job.preset: each for each in survey_bag(bag).advice}["heading"]
+        advice = {each.job.preset: each for each in survey_bag(bag, Topics()).advice}["heading"]
+        as_truth = survey_bag(bag, Topics(truth=sensor.topic)).advice
         topics = Topics(IMU.topic, sensor.topic, fields={"s2": path})
         found = check_bag(bag, topics, parameters_from(HEADING))
         unset = check_bag(
             bag, topics, replace(parameters_from(HEADING), {"signal.period": 0.0})
         ).findings
     scale = (1.0 if frame == "NED" else -1.0) / factor
+    assert "heading" not in {each.job.preset for each in as_truth}
     assert advice.s2.path == path
     assert advice.additions == ([] if scale == 1.0 else [f"s1.scale: {scale:.7g}"])
     assert found.relation is not None

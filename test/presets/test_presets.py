@@ -138,7 +138,7 @@ def test_check_without_topics_finds_its_fields(
     rig = RIGS[name]
     parameters = parameters_from(PRESETS / f"{name}.yaml").channel(channel)
     with open_bag(recorded(name)) as bag:
-        together, advice = survey_bag(bag)
+        together, advice = survey_bag(bag, Topics())
     found = {(each.s1.topic, each.s1.path, each.s2.path): each for each in together}
     pair = found[rig.s1.topic, parameters.s1.field, parameters.s2.field]
     assert (pair.relation.kind is Kind.S1_RATE) == (parameters.s1.kind == "rate")
