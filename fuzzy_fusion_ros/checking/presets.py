@@ -3,9 +3,12 @@
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
+
+import numpy as np
 
 from fuzzy_fusion_ros.checking.pair import conversion_of
 from fuzzy_fusion_ros.checking.relation import Kind, Relation
@@ -48,6 +51,10 @@ JOBS = (
 )
 """The presets of one channel; their fields and kinds are those in the files."""
 
+FASTEST = 100.0, 0.99
+"""No gyro measures as much in rad/s, 16 turns a second; most end at 35. If not
+this share of its values is below, they are in degrees."""
+
 ANGLES = {"x": "roll", "y": "pitch"}
 """The function of an acceleration that gives the angle about each axis of a gyro."""
 
@@ -61,19 +68,20 @@ class Advice(NamedTuple):
         s2: The accurate one.
         relation: How they move together; None if only their types speak for it, as for the gyro
             and the accelerometer of one message: in violent motion they share no common angle.
+        scale: What ``s1.scale`` must be.
     """
 
     job: Job
     s1: Field
     s2: Field
     relation: Relation | None
+    scale: float
 
     @property
     def additions(self) -> list[str]:
         """Parameters to set besides the preset."""
         kind = [] if self.job.sets_kind else ["s1.kind: rate"]
-        scale = 1.0 if self.relation is None else conversion_of(self.relation)
-        return [*kind, f"s1.scale: {scale:.7g}"] if scale != 1.0 else kind
+        return [*kind, f"s1.scale: {self.scale:.7g}"] if self.scale != 1.0 else kind
 
 
 def advise(fields: Iterable[Field], found: Sequence[Together]) -> list[Advice]:
@@ -87,9 +95,16 @@ def advise(fields: Iterable[Field], found: Sequence[Together]) -> list[Advice]:
     for each in found:
         for job in JOBS:
             if job not in best and _suits(job, each):
-                best[job] = Advice(job, each.s1, each.s2, each.relation)
+                scale = conversion_of(each.relation)
+                best[job] = Advice(job, each.s1, each.s2, each.relation, scale)
     tilted = {each.s1.topic for each in best.values() if each.job is TILT}
-    return [*best.values(), *_tilts([each for each in fields if each.topic not in tilted])]
+    others = [each for each in fields if each.topic not in tilted]
+    scales = {each.s1.topic: abs(each.scale) for each in best.values() if _is_gyro(each.s1)}
+    return [*best.values(), *_tilts(others, scales)]
+
+
+def _is_gyro(field: Field) -> bool:
+    return field.unit == "rad/s"
 
 
 def _suits(job: Job, found: Together) -> bool:
@@ -100,15 +115,26 @@ def _suits(job: Job, found: Together) -> bool:
     return not turned and bool(re.search(job.s1, s1.path) and re.search(job.s2, s2.path))
 
 
-def _tilts(fields: Sequence[Field]) -> list[Advice]:
-    """Return a gyro and an accelerometer of one message, one pair for each topic."""
+def _tilts(fields: Sequence[Field], scales: Mapping[str, float]) -> list[Advice]:
+    """Return a gyro and an accelerometer of one message, one pair for each topic.
+
+    Args:
+        fields: All numbers that change.
+        scales: The scales of gyros whose motion shows them, by topic.
+    """
+    largest: dict[str, float] = {}
+    for each in filter(_is_gyro, fields):
+        size = float(np.quantile(np.abs(each.motion.values), FASTEST[1]))
+        largest[each.topic] = max(size, largest.get(each.topic, 0.0))
     by_name = {(each.topic, each.path): each for each in fields}
     found: dict[str, Advice] = {}
     for s1 in fields:
-        gyro = re.search(GYRO, s1.path) if s1.unit == "rad/s" else None
+        gyro = re.search(GYRO, s1.path) if _is_gyro(s1) else None
         if gyro is None:
             continue
         angle = f"{ANGLES[gyro[2]]}({s1.path[: gyro.start()]}linear_acceleration)"
         if (s1.topic, angle) in by_name:
-            found.setdefault(s1.topic, Advice(TILT, s1, by_name[s1.topic, angle], None))
+            by_size = math.radians(1.0) if largest[s1.topic] > FASTEST[0] else 1.0
+            scale = scales.get(s1.topic, by_size)
+            found.setdefault(s1.topic, Advice(TILT, s1, by_name[s1.topic, angle], None, scale))
     return list(found.values())

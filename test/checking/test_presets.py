@@ -90,6 +90,31 @@ def test_an_imu_alone_suits_the_tilt_even_if_its_motion_does_not_tell() -> None:
     assert advice_json(found)["correlation"] is None
 
 
+@pytest.mark.parametrize(
+    ("factor", "garbage", "additions"),
+    [
+        (5.0 * 180.0 / math.pi, 0.0, ["s1.scale: 0.01745329"]),
+        (5.0, 0.0, []),
+        (5.0, 1e6, []),
+    ],
+)
+def test_a_gyro_faster_than_any_measures_in_degrees(
+    factor: float, garbage: float, additions: list[str]
+) -> None:
+    rates = factor * walk(3) / np.std(walk(3))
+    rates[100] += garbage
+    gyro = field("/imu/data", "angular_velocity.x", "rad/s", rates)
+    (found,) = advised([*(each for each in imu() if each.path != gyro.path), gyro])
+    assert (found.job.preset, found.additions) == ("tilt", additions)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_gyro_whose_heading_is_in_degrees_has_its_tilt_in_degrees_too(sign: float) -> None:
+    found = {each.job.preset: each for each in advised([*imu(sign * 180.0 / math.pi), *gnss()])}
+    assert found["heading"].additions == [f"s1.scale: {sign * 0.01745329}"]
+    assert found["tilt"].additions == ["s1.scale: 0.01745329"]
+
+
 def test_an_imu_whose_motion_shows_its_tilt_gets_one_advice() -> None:
     tilt = field("/imu/data", "pitch(linear_acceleration)", "rad", np.cumsum(walk(4)) * 0.02)
     others = [each for each in imu() if each.path != tilt.path]
@@ -152,10 +177,14 @@ def test_the_commands_make_the_file_that_they_tune(tmp_path: Path) -> None:
     copies = re.findall(r"^  \(cat [^)]*\) > my_\w+\.yaml$", text, re.MULTILINE)
     subprocess.run(["sh", "-c", "\n".join(copies)], cwd=tmp_path, check=True)
     made = {each.name: parameters_from(each) for each in tmp_path.iterdir()}
-    heading, speed = (parameters_from(PRESETS / f"{name}.yaml") for name in ("heading", "speed"))
+    added = {
+        "heading": {"s1.scale": -0.01745329},
+        "speed": {"s1.kind": "rate"},
+        "tilt": {"s1.scale": 0.01745329},
+    }
     assert made == {
-        "my_heading.yaml": replace(heading, {"s1.scale": -0.01745329}),
-        "my_speed.yaml": replace(speed, {"s1.kind": "rate"}),
+        f"my_{name}.yaml": replace(parameters_from(PRESETS / f"{name}.yaml"), each)
+        for name, each in added.items()
     }
 
 
