@@ -559,7 +559,10 @@ def restless(relation: Relation, s1: Motion, s2: Motion, period: float) -> list[
         f"{float(np.median(np.abs(off[at_rest]))):.2g} (median), in motion they are by up to "
         f"{usual:.2g}"
     )
-    remedy = "s2.outlier_threshold: 4, which needs s1.bias_time_constant > 0: tune fits both"
+    remedy = (
+        "let its driver withhold it at rest, or else set s2.outlier_threshold: 4, which helps less "
+        "and needs s1.bias_time_constant > 0: tune fits both"
+    )
     return [Finding(Level.INFO, "restless", text, {}, remedy)]
 
 

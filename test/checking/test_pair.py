@@ -531,7 +531,8 @@ def test_an_s2_that_means_nothing_at_rest_is_named(kind: str, at_rest: Reals, na
     if named:
         finding = only(found.findings, "restless")
         assert finding.level is Level.INFO
-        assert finding.remedy.startswith("s2.outlier_threshold: 4")
+        assert finding.remedy.startswith("let its driver withhold it at rest")
+        assert "s2.outlier_threshold: 4" in finding.remedy
         assert found.is_fine
 
 
