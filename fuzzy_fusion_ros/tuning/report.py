@@ -26,6 +26,10 @@ AS_FAST = 2.0
 """Up to this many intervals of S1 between its samples, S2 is as fast: its errors, such as those of
 an accelerometer in motion, last for many of them."""
 
+FAR_BETTER = 0.5
+"""Below this share of the error of either sensor, the fusion helps even where the sensors show no
+common motion, as in violent motion."""
+
 HARDLY_BETTER = 0.9
 """An error after the fit above this share of that of the better sensor alone is hardly a gain."""
 
@@ -190,6 +194,11 @@ def _gain_over_one_sensor(tuned: Tuned, u: str) -> str:
         return _alone(tuned, u)
     alone = min(("s1", "s2"), key=tuned.baseline_errors.__getitem__)
     error = tuned.baseline_errors[alone]
+    if not tuned.sensors.related and tuned.error > FAR_BETTER * error:
+        return (
+            f". WARNING: s1 and s2 show no common motion, and this is not far better than {alone} "
+            f"alone ({error:.4g}{u}): run check; are the fields right?"
+        )
     if tuned.error <= HARDLY_BETTER * error:
         return ""
     how_much = "hardly" if tuned.error < error else "not"

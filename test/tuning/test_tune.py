@@ -775,6 +775,16 @@ def test_s2_alone_for_want_of_common_motion_is_no_recommendation(tuned: Tuned) -
     assert "s2 alone is as good as anything" in known
 
 
+@pytest.mark.parametrize(("error", "is_said"), [(0.6, True), (0.4, False)])
+def test_a_gain_without_common_motion_is_doubted(tuned: Tuned, error: float, is_said: bool) -> None:
+    apart = tuned.sensors._replace(chance=1.0)
+    errors = {"s1": 2.0, "s2": 1.0}
+    text = outcome(tuned._replace(sensors=apart, error=error, baseline_errors=errors), "m/s")
+    assert ("WARNING: s1 and s2 show no common motion" in text) is is_said
+    related = tuned._replace(error=error, baseline_errors=errors)
+    assert "WARNING" not in outcome(related, "m/s")
+
+
 def test_what_cannot_be_seen_without_a_truth_is_said(tuned: Tuned) -> None:
     blind = tuned._replace(with_truth=False)
     assert "WARNING" not in outcome(blind, "m/s")
