@@ -304,11 +304,11 @@ def _integer(text: str) -> int:
 
 def _entries(parameters: Group) -> Iterator[str]:
     """Yield the lines of a group, nested as it is; of variants only what differs from it."""
-    values = flatten(parameters)
+    values, variants = flatten(parameters), parameters.variants()
     above: list[str] = []
     for name, descriptor in described(parameters).items():
-        shared_name = name.partition(".")[2]
-        if name.partition(".")[0] in parameters.variants() and values[name] == values[shared_name]:
+        owner, _, shared_name = name.partition(".")
+        if owner in variants and values[name] == values[shared_name]:
             continue
         *groups, last = name.split(".")
         shared = _shared(above, groups)
