@@ -26,7 +26,7 @@ from fuzzy_fusion_ros.core.estimator import (
     without_s1,
 )
 from fuzzy_fusion_ros.core.model import no_states
-from fuzzy_fusion_ros.core.observer import LASTING, LONGEST, LOST, moved_on, no_belief
+from fuzzy_fusion_ros.core.observer import LASTING, LONGEST, LOST, doubt_in, moved_on, no_belief
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import flatten, replace
 
@@ -379,6 +379,12 @@ def test_after_a_gap_of_a_rate_its_integral_is_little_known(noise: float) -> Non
     assert known < belief.covariance.cc <= 1.0 + LOST * LOST
     if noise == 0.1:
         assert belief.covariance.cc > 1.0 + 0.2  # squares of the noise: it may be 0.5 behind
+
+
+def test_where_s2_leads_is_unknown_as_long_as_its_noise_is() -> None:
+    assert doubt_in(0.3, usual=0.01, noise=0.2) == pytest.approx(9.0)
+    assert doubt_in(0.3, usual=0.0, noise=0.1) == pytest.approx(9.0)
+    assert doubt_in(0.3, usual=0.0, noise=0.0) == LOST * LOST
 
 
 def test_the_delay_does_not_reach_across_a_gap_of_s1() -> None:
