@@ -315,13 +315,13 @@ def _compare(
 
 
 def _sorted(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Return findings, the worst first; no factor between units that do not go together.
+    """Return findings, the worst first; no factor or sign between units that do not go together.
 
     What units say of a rate counts only if motion does not.
     """
     ordered = sorted(findings, key=lambda each: -each.level)
     by_motion = any(each.about == "rate" and each.evidence for each in ordered)
-    needless = {"scale"} if any(each.about == "units" for each in ordered) else set[str]()
+    needless = {"scale", "sign"} if any(each.about == "units" for each in ordered) else set[str]()
     return tuple(
         each
         for each in ordered
