@@ -260,13 +260,15 @@ def _limits(tuned: Tuned) -> str:
 
 def _warning(tuned: Tuned) -> str:
     """Return why a fit without a truth may be worse than it seems."""
-    if tuned.with_truth or tuned.chosen == "s2":
+    if tuned.with_truth:
         return ""
     if tuned.s2_samples < ENOUGH_S2:
         return (
             f". WARNING: {tuned.s2_samples} samples of S2 and no truth cannot show which sensor is "
             f"better, so one alone may be better than this; record at least {ENOUGH_S2}"
         )
+    if tuned.chosen == "s2":
+        return ""
     if tuned.sensors.s2_interval <= AS_FAST * tuned.sensors.s1_interval:
         return (
             ". WARNING: S2 is as fast as S1, so its errors last for many samples, and without a "

@@ -738,7 +738,9 @@ def test_few_samples_of_s2_without_a_truth_are_warned_of(tuned: Tuned) -> None:
     few = tuned._replace(s2_samples=ENOUGH_S2 - 1)
     assert "WARNING" not in outcome(tuned._replace(with_truth=False), "")
     assert "WARNING" not in outcome(few, "")
-    assert "WARNING: 49 samples of S2 and no truth" in outcome(few._replace(with_truth=False), "")
+    for chosen_one in ("bias", "s1", "s2"):
+        blind = few._replace(with_truth=False, chosen=chosen_one)
+        assert "WARNING: 49 samples of S2 and no truth" in outcome(blind, "")
 
 
 def test_a_fit_hardly_better_than_a_sensor_alone_is_warned_of(tuned: Tuned) -> None:
