@@ -306,7 +306,14 @@ def summed(rows: list[dict[str, Any]]) -> str:
         f"ours over the best baseline {geometric_mean(ratios):.3f} (geometric mean), worst "
         f"{ratios.max():.2f}; {np.sum(ratios <= ENOUGH)} of {ratios.size} at most {ENOUGH:g}; "
         f"over that picked on the first half {geometric_mean(picked):.3f}, worst {picked.max():.2f}"
+        f"; {sum(map(is_sure, rows))} of {ratios.size} standard deviations hold"
     )
+
+
+def is_sure(row: dict[str, Any]) -> bool:
+    """Return whether neither too few nor too many errors are within one and two deviations."""
+    within_1, within_2, _ = row["sureness"]["ours"]
+    return bool(0.55 <= within_1 <= 0.85 and within_2 >= 0.88)
 
 
 def geometric_mean(ratios: Reals) -> float:
