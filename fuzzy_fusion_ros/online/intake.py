@@ -120,11 +120,9 @@ class Intake:
         return () if on_line is None else (self._counted(self._trigger.on_s1(on_line)),)
 
     def _of_s2(self, sample: Sample) -> tuple[Step, ...]:
-        is_first, self.newest_s2 = self.newest_s2 is None, sample
+        self.newest_s2 = sample
         on_line = self._lines.on_s2(sample)
-        early: tuple[Step, ...] = ()
-        if is_first:
-            early = tuple(self._counted(self._trigger.on_s1(each)) for each in self._lines.early())
+        early = tuple(self._counted(self._trigger.on_s1(each)) for each in self._lines.early())
         step = self._counted(self._trigger.on_s2(on_line))
         if step.s2 is not None and step.s1 is None and self._s1_is_lost(step.s2.stamp_ns):
             step = step._replace(s2_alone=True)

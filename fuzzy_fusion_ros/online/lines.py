@@ -44,7 +44,7 @@ class Lines(Protocol):
         """Return an admitted sample of S2 on its line."""
 
     def early(self) -> Sequence[Sample]:
-        """Return the samples of S1 that had no line before the first sample of S2, on it."""
+        """Return the samples of S1 that had no line before the first sample of S2, on it, once."""
 
 
 class AsTheyAre:
@@ -245,7 +245,8 @@ class Integrated(Unwrapped):
 
     def early(self) -> Sequence[Sample]:
         """Return the samples of S1 before the first of S2, the oldest first."""
-        early, self._early = tuple(self._early), deque()
+        early = tuple(self._early)
+        self._early.clear()
         return early
 
     def _keep(self, sample: Sample, dt: float, mean: float) -> None:
