@@ -24,6 +24,10 @@ from fuzzy_fusion_ros.parameters.fusion import Parameters
 EARLY = 1000
 """Samples of a rate that are kept until S2 speaks, the newest: enough for the delay of S2."""
 
+FOLLOWED = 0.3
+"""Share of the distance of a sample of S2 from where S1 has moved by which the next is placed: a
+course that is random at standstill would else walk off by turns."""
+
 DOUBTFUL = 0.25
 """A sample of S2 further than this share of a turn from where S1 has moved since is doubtful."""
 
@@ -114,7 +118,7 @@ class Unwrapped:
         self.parameters = parameters
         self._s1 = _S1Line()
         self._s2: float | None = None
-        self._credible: float | None = None  # the newest of S2 by which the next is placed
+        self._credible: float | None = None  # about where S2 was, by which the next is placed
         self._s1_at_s2: float | None = None  # and S1 at it
         self._spikes = 0
         self._moved = False
@@ -142,8 +146,11 @@ class Unwrapped:
         elif s1 is not None and self._s1_at_s2 is not None:
             expected += s1 - self._s1_at_s2
         self._s2 = self._near(sample.value, expected)
-        if self._credible is None or not self._is_doubtful(self._s2 - expected):
-            self._credible, self._s1_at_s2 = self._s2, s1
+        off, is_first, has_moved = self._s2 - expected, self._credible is None, self._moved
+        if is_first or not self._is_doubtful(off):
+            is_usual = has_moved and not is_first and self._doubts == 0
+            share = FOLLOWED if is_usual else 1.0
+            self._credible, self._s1_at_s2 = expected + share * off, s1
         return sample._replace(value=self._s2)
 
     def early(self) -> Sequence[Sample]:

@@ -15,7 +15,7 @@ from fuzzy_fusion_ros.batch import arrays
 from fuzzy_fusion_ros.core.periodic import nearest
 from fuzzy_fusion_ros.core.sample import Sample
 from fuzzy_fusion_ros.online.fusion import Fusion
-from fuzzy_fusion_ros.online.lines import EARLY, Integrated
+from fuzzy_fusion_ros.online.lines import EARLY, Integrated, Unwrapped
 from fuzzy_fusion_ros.parameters.fusion import Parameters
 from fuzzy_fusion_ros.parameters.group import replace
 
@@ -163,6 +163,20 @@ def test_after_a_silence_of_several_turns_the_sensors_agree_again(silent: str) -
     found = estimates(heard(wraps=True), parameters())
     line = estimates(heard(wraps=False), parameters(0.0))
     assert np.abs(arrays.nearest(found - line, 0.0, TURN)).max() < 1e-9
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_course_that_is_random_at_standstill_stays_on_its_turn(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    lines = Unwrapped(parameters())
+    lines.on_s2(Sample(SECOND, 0.0))
+    for k in range(1, 120):
+        stamp_ns = SECOND + k * SECOND
+        lines.on_s1(Sample(stamp_ns, 0.0))
+        course = 0.0 if k > 100 else generator.uniform(-math.pi, math.pi)
+        on_line = lines.on_s2(Sample(stamp_ns, course)).value
+        assert abs(on_line) < TURN
+    assert on_line == 0.0
 
 
 def test_a_new_timeline_starts_new_lines() -> None:
